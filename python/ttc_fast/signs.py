@@ -1,0 +1,76 @@
+"""The two signs of a speed along a beam, each with its own name.
+
+``closing_speed`` is positive when approaching, ``range_rate`` is dr/dt and positive when opening. The classic formulae
+of courses and papers differ in whose velocity they project; both are here so that nobody has to flip a sign by hand.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+def closing_speed_from_ego_velocity(speed: ArrayLike, angle: ArrayLike) -> Any:
+    """Speed at which a car driving straight closes along a beam: ``speed * cos(angle)``.
+
+    Parameters
+    ----------
+    speed : array_like
+        Of the car, forward, m/s; negative when reversing. Odometry without a sign would take reversing for driving
+        forward.
+    angle : array_like
+        Of the beam, counter-clockwise from straight ahead, rad.
+
+    Returns
+    -------
+    float or ndarray
+        m/s, positive when approaching, float64. NaN where an input is NaN.
+
+    Notes
+    -----
+    The projection of the sensor's velocity on the beam [rigid-body kinematics].
+
+    Examples
+    --------
+    >>> import numpy as np, ttc_fast
+    >>> ranges = np.array([10.0])                                  # a wall ahead
+    >>> ttc_fast.ittc(ranges, closing_speed=ttc_fast.closing_speed_from_ego_velocity(5.0, 0.0))
+    array([2.])
+    >>> ttc_fast.ittc(ranges, closing_speed=ttc_fast.closing_speed_from_ego_velocity(-5.0, 0.0))
+    array([inf])
+    """
+    return np.multiply(np.float64(speed), np.cos(np.float64(angle)))
+
+
+def range_rate_from_target_velocity(velocity: ArrayLike, angle: ArrayLike) -> Any:
+    """Rate of the range to a target: ``velocity * cos(angle)``, with angle 0 moving straight away.
+
+    Parameters
+    ----------
+    velocity : array_like
+        Of the target relative to the sensor, m/s.
+    angle : array_like
+        Between the target's velocity and the beam, rad: 0 moves away along the beam, pi comes straight at the sensor.
+
+    Returns
+    -------
+    float or ndarray
+        dr/dt, m/s, positive when opening, float64. NaN where an input is NaN.
+
+    Notes
+    -----
+    The course's ``r_dot = Vx cos(theta)`` read as it is written: the *target's* velocity along the beam [F1TENTH lecture].
+
+    Examples
+    --------
+    >>> import math, numpy as np, ttc_fast
+    >>> float(ttc_fast.range_rate_from_target_velocity(5.0, math.pi))
+    -5.0
+    >>> ttc_fast.ittc(np.array([10.0]), range_rate=-5.0)
+    array([2.])
+    """
+    return np.multiply(np.float64(velocity), np.cos(np.float64(angle)))

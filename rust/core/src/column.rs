@@ -1,0 +1,313 @@
+//! Views of numbers in somebody else's memory: any stride, either direction, any alignment, nothing copied.
+//!
+//! NumPy hands out arrays whose elements are any number of bytes apart (fields of packed records, every
+//! second beam, reversed rows) and at any address (messages sliced out of a bag file). A [`Column`] is such
+//! an array: a start, a length and a stride in bytes. Kernels read it through [`Source::lanes`], which checks
+//! the bounds and then reads raw memory without assuming alignment. Nothing here ever makes a reference into
+//! the memory, because another thread may write to it meanwhile; the reader then sees a mix of old and new
+//! numbers, never memory outside the array.
+//!
+//! With `simd`, one of the crate's two files with `unsafe`.
+
+use std::marker::PhantomData;
+use std::mem::size_of;
+
+/// Numbers that a kernel reads several at a time.
+pub trait Source<T>: Copy {
+    /// How many there are.
+    fn len(&self) -> usize;
+    /// Numbers `at .. at + N`; those past the end are `fill`.
+    fn lanes<const N: usize>(&self, at: usize, fill: T) -> [T; N];
+}
+
+/// `len` numbers, `stride` bytes apart, any alignment.
+#[derive(Clone, Copy, Debug)]
+pub struct Column<'a, T> {
+    start: *const u8,
+    len: usize,
+    stride: isize,
+    memory: PhantomData<&'a [T]>,
+}
+
+/// A [`Column`] without gaps: lanes are one load.
+#[derive(Clone, Copy, Debug)]
+pub struct Dense<'a, T>(Column<'a, T>);
+
+// SAFETY: a column only reads, and `from_raw` asks for memory that stays readable from any thread.
+unsafe impl<T: Sync> Send for Column<'_, T> {}
+// SAFETY: as above.
+unsafe impl<T: Sync> Sync for Column<'_, T> {}
+
+impl<'a, T: Copy> Column<'a, T> {
+    /// A column over a slice.
+    #[must_use]
+    pub fn new(values: &'a [T]) -> Self {
+        // SAFETY: a slice is `len` readable values, `size_of::<T>()` apart, for its lifetime.
+        unsafe { Self::from_raw(values.as_ptr().cast(), values.len(), step::<T>()) }
+    }
+
+    /// A column over raw memory.
+    ///
+    /// # Safety
+    /// For every `i < len`, `start + i * stride` must be the address of `size_of::<T>()` readable bytes that hold a
+    /// value of `T` (aligned or not), and stay so for `'a`.
+    #[must_use]
+    pub unsafe fn from_raw(start: *const u8, len: usize, stride: isize) -> Self {
+        Column { start, len, stride, memory: PhantomData }
+    }
+
+    /// How many numbers there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Number `i`.
+    ///
+    /// # Panics
+    /// When `i` is not below `len`.
+    #[inline(always)]
+    #[must_use]
+    pub fn get(&self, i: usize) -> T {
+        assert!(i < self.len, "index {i} of {}", self.len);
+        // SAFETY: i < len was just checked; `from_raw` vouches for the rest.
+        unsafe { self.read(i) }
+    }
+
+    /// The same numbers as one piece of memory, if they are one.
+    #[inline(always)]
+    #[must_use]
+    pub fn dense(self) -> Option<Dense<'a, T>> {
+        (self.stride == step::<T>() || self.len <= 1).then_some(Dense(self))
+    }
+
+    /// # Safety
+    /// `i` must be below `len`.
+    #[inline(always)]
+    unsafe fn read(&self, i: usize) -> T {
+        // SAFETY: the caller checked i < len, so by `from_raw` this is a readable T; alignment is not assumed.
+        // The product cannot overflow: it is an offset inside one allocation.
+        unsafe { self.start.offset(i.cast_signed() * self.stride).cast::<T>().read_unaligned() }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn tail<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
+        std::array::from_fn(|lane| if at + lane < self.len { self.get(at + lane) } else { fill })
+    }
+}
+
+impl<T: Copy> Source<T> for Column<'_, T> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.len
+    }
+
+    #[inline(always)]
+    fn lanes<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
+        if at + N > self.len {
+            return self.tail(at, fill);
+        }
+        // SAFETY: at + lane < at + N <= len.
+        std::array::from_fn(|lane| unsafe { self.read(at + lane) })
+    }
+}
+
+impl<T: Copy> Source<T> for Dense<'_, T> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.0.len
+    }
+
+    #[inline(always)]
+    fn lanes<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
+        if at + N > self.0.len {
+            return self.0.tail(at, fill);
+        }
+        // SAFETY: at + N <= len, and `dense` checked that the numbers are one piece of memory.
+        unsafe { self.0.start.add(at * size_of::<T>()).cast::<[T; N]>().read_unaligned() }
+    }
+}
+
+/// `len` numbers to be written, `stride` bytes apart, any alignment.
+#[derive(Debug)]
+pub struct ColumnMut<'a, T> {
+    start: *mut u8,
+    len: usize,
+    stride: isize,
+    memory: PhantomData<&'a mut [T]>,
+}
+
+// SAFETY: `from_raw` asks that nothing else writes the memory while the column lives.
+unsafe impl<T: Send> Send for ColumnMut<'_, T> {}
+
+impl<'a, T: Copy> ColumnMut<'a, T> {
+    /// A column over a slice.
+    #[must_use]
+    pub fn new(values: &'a mut [T]) -> Self {
+        // SAFETY: a mutable slice is `len` writable values, `size_of::<T>()` apart, for its lifetime.
+        unsafe { Self::from_raw(values.as_mut_ptr().cast(), values.len(), step::<T>()) }
+    }
+
+    /// A column over raw memory.
+    ///
+    /// # Safety
+    /// For every `i < len`, `start + i * stride` must be the address of `size_of::<T>()` writable bytes, and stay so
+    /// for `'a`.
+    #[must_use]
+    pub unsafe fn from_raw(start: *mut u8, len: usize, stride: isize) -> Self {
+        ColumnMut { start, len, stride, memory: PhantomData }
+    }
+
+    /// How many numbers there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Write numbers `at .. at + N`; those past the end are dropped.
+    #[inline(always)]
+    pub fn set_lanes<const N: usize>(&mut self, at: usize, values: [T; N]) {
+        if at + N <= self.len && self.stride == step::<T>() {
+            // SAFETY: at + N <= len and the numbers are one piece of memory, both checked just above.
+            unsafe { self.start.add(at * size_of::<T>()).cast::<[T; N]>().write_unaligned(values) }
+        } else {
+            for (lane, value) in values.into_iter().enumerate().take(self.len.saturating_sub(at)) {
+                let offset = (at + lane).cast_signed() * self.stride;
+                // SAFETY: `take` keeps at + lane < len; `from_raw` vouches for the rest.
+                unsafe { self.start.offset(offset).cast::<T>().write_unaligned(value) }
+            }
+        }
+    }
+}
+
+/// Rows of numbers: a [`Column`] of columns. One scan is a table of one row.
+#[derive(Clone, Copy, Debug)]
+pub struct Table<'a, T> {
+    first: Column<'a, T>,
+    rows: usize,
+    row_stride: isize,
+}
+
+impl<'a, T: Copy> Table<'a, T> {
+    /// A table of `rows` columns like `first`, `row_stride` bytes apart.
+    ///
+    /// # Safety
+    /// For every `row < rows`, `first` moved by `row * row_stride` bytes must be a column by the rules of
+    /// [`Column::from_raw`].
+    #[must_use]
+    pub unsafe fn from_raw(first: Column<'a, T>, rows: usize, row_stride: isize) -> Self {
+        Table { first, rows, row_stride }
+    }
+
+    /// How many rows there are.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// How many numbers there are in each row.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.first.len
+    }
+
+    /// Row `row`.
+    ///
+    /// # Panics
+    /// When `row` is not below `rows`.
+    #[inline(always)]
+    #[must_use]
+    pub fn row(&self, row: usize) -> Column<'a, T> {
+        assert!(row < self.rows, "row {row} of {}", self.rows);
+        // Wrapping arithmetic needs no proof; the column is only read after its own checks.
+        Column { start: self.first.start.wrapping_offset(row.cast_signed() * self.row_stride), ..self.first }
+    }
+}
+
+/// Rows of numbers to be written.
+#[derive(Debug)]
+pub struct TableMut<'a, T> {
+    start: *mut u8,
+    len: usize,
+    stride: isize,
+    rows: usize,
+    row_stride: isize,
+    memory: PhantomData<&'a mut [T]>,
+}
+
+// SAFETY: as for `ColumnMut`.
+unsafe impl<T: Send> Send for TableMut<'_, T> {}
+
+impl<T: Copy> TableMut<'_, T> {
+    /// A table of `rows` columns of `len` numbers, `stride` and `row_stride` bytes apart.
+    ///
+    /// # Safety
+    /// Each row must be a column by the rules of [`ColumnMut::from_raw`].
+    #[must_use]
+    pub unsafe fn from_raw(start: *mut u8, (rows, len): (usize, usize), (row_stride, stride): (isize, isize)) -> Self {
+        TableMut { start, len, stride, rows, row_stride, memory: PhantomData }
+    }
+
+    /// Row `row`.
+    ///
+    /// # Panics
+    /// When `row` is not below the number of rows.
+    #[must_use]
+    pub fn row(&mut self, row: usize) -> ColumnMut<'_, T> {
+        assert!(row < self.rows, "row {row} of {}", self.rows);
+        let start = self.start.wrapping_offset(row.cast_signed() * self.row_stride);
+        ColumnMut { start, len: self.len, stride: self.stride, memory: PhantomData }
+    }
+}
+
+/// The stride of a slice.
+const fn step<T>() -> isize {
+    size_of::<T>().cast_signed()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Column, ColumnMut, Source};
+
+    #[test]
+    fn packed_records_reversed_and_unaligned() {
+        // Records of 5 bytes: a tag, then a float at an odd address.
+        let bytes: Vec<u8> = (0..7u8).flat_map(|i| std::iter::once(0xff).chain(f32::from(i).to_ne_bytes())).collect();
+        // SAFETY: seven floats, each inside `bytes`.
+        let forward = unsafe { Column::<f32>::from_raw(bytes[1..].as_ptr(), 7, 5) };
+        assert!(forward.dense().is_none());
+        assert_eq!(forward.lanes::<4>(5, -1.0), [5.0, 6.0, -1.0, -1.0]);
+        // SAFETY: the same floats, last first.
+        let backward = unsafe { Column::<f32>::from_raw(bytes[31..].as_ptr(), 7, -5) };
+        assert_eq!(backward.lanes::<4>(0, -1.0), [6.0, 5.0, 4.0, 3.0]);
+        assert_eq!(backward.get(6), 0.0);
+    }
+
+    #[test]
+    fn writing_stops_at_the_end() {
+        let mut out = [0.0_f64; 5];
+        ColumnMut::new(&mut out).set_lanes(3, [1.0; 4]);
+        assert_eq!(out, [0.0, 0.0, 0.0, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn a_slice_is_dense() {
+        let values = [1.0_f32, 2.0, 3.0];
+        let column = Column::new(&values);
+        assert_eq!(column.dense().unwrap().lanes::<4>(0, 9.0), [1.0, 2.0, 3.0, 9.0]);
+        assert_eq!(column.lanes::<2>(1, 9.0), [2.0, 3.0]);
+    }
+}

@@ -1,0 +1,46 @@
+//! Small helpers over arrays of lanes. All are inlined into the kernel that calls them.
+
+use crate::real::Real;
+
+/// How many numbers a kernel works on at once: one AVX-512 register of `f32`.
+pub const LANES: usize = 16;
+
+/// One group of lanes.
+pub type Lanes<T> = [T; LANES];
+
+/// `f` of each lane.
+#[inline(always)]
+pub(crate) fn each<T: Copy, U: Copy>(x: Lanes<T>, f: impl Fn(T) -> U) -> Lanes<U> {
+    std::array::from_fn(|lane| f(x[lane]))
+}
+
+/// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
+#[inline(always)]
+pub(crate) fn keep_least<T: Real>(least: &mut Lanes<T>, x: Lanes<T>) {
+    for lane in 0..LANES {
+        least[lane] = if x[lane] < least[lane] { x[lane] } else { least[lane] };
+    }
+}
+
+/// The smallest lane, in a fixed tree; infinity if every lane is NaN.
+#[inline(always)]
+pub(crate) fn least<T: Real>(x: Lanes<T>) -> T {
+    let mut x = each(x, |v| if v < T::INFINITY { v } else { T::INFINITY });
+    let mut half = LANES / 2;
+    while half > 0 {
+        for lane in 0..half {
+            x[lane] = if x[lane + half] < x[lane] { x[lane + half] } else { x[lane] };
+        }
+        half /= 2;
+    }
+    x[0]
+}
+
+/// `table` cut into groups of lanes, the last one padded with `fill`.
+pub(crate) fn groups<T: Copy>(table: impl ExactSizeIterator<Item = T>, fill: T) -> Vec<Lanes<T>> {
+    let mut groups = vec![[fill; LANES]; table.len().div_ceil(LANES)];
+    for (i, value) in table.enumerate() {
+        groups[i / LANES][i % LANES] = value;
+    }
+    groups
+}

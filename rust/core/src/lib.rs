@@ -1,0 +1,15 @@
+//! Time-to-collision kernels. No Python here: see the `ttc-fast-python` crate for the binding.
+//!
+//! Data flow one way: memory of the caller → [`column::Column`] → kernel → plain result.
+
+pub mod column;
+mod error;
+pub mod ittc;
+pub mod lanes;
+pub mod real;
+pub mod scan;
+pub mod simd;
+mod status;
+
+pub use error::Error;
+pub use status::Status;

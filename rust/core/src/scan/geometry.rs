@@ -1,0 +1,111 @@
+//! Where the beams of a mounted sensor point, and where they leave the vehicle.
+
+use crate::error::{Error, finite};
+
+/// Where the sensor sits on the vehicle: position (m) and yaw (rad) in the vehicle frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mount {
+    /// Forward of the vehicle's origin, m.
+    pub x: f64,
+    /// Left of the vehicle's origin, m.
+    pub y: f64,
+    /// Counter-clockwise from the vehicle's x axis, rad.
+    pub yaw: f64,
+}
+
+/// The vehicle as a rectangle in its own frame, m. Rear and right are usually negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outline {
+    /// Rear edge.
+    pub x_rear: f64,
+    /// Front edge.
+    pub x_front: f64,
+    /// Right edge.
+    pub y_right: f64,
+    /// Left edge.
+    pub y_left: f64,
+}
+
+impl Mount {
+    pub(super) fn checked(self) -> Result<Self, Error> {
+        finite("mount", self.x)?;
+        finite("mount", self.y)?;
+        finite("mount", self.yaw)?;
+        Ok(self)
+    }
+}
+
+impl Outline {
+    pub(super) fn checked(self) -> Result<Self, Error> {
+        for edge in [self.x_rear, self.x_front, self.y_right, self.y_left] {
+            finite("outline", edge)?;
+        }
+        if self.x_rear < self.x_front && self.y_right < self.y_left {
+            return Ok(self);
+        }
+        Err(Error::new(
+            "outline",
+            format!(
+                "must be (x_rear, x_front, y_right, y_left) with x_rear < x_front and y_right < y_left, \
+                 got ({}, {}, {}, {})",
+                self.x_rear, self.x_front, self.y_right, self.y_left
+            ),
+        ))
+    }
+
+    /// How much of a beam's range lies inside the vehicle, for a sensor at (`x`, `y`) and a unit direction.
+    ///
+    /// A sensor strictly inside: the way to the edge. On the edge or outside: 0 where the ray never enters the
+    /// rectangle, NaN where it does, because that beam looks at the vehicle itself.
+    pub(super) fn offset(&self, (x, y): (f64, f64), (dx, dy): (f64, f64)) -> f64 {
+        let (enter_x, exit_x) = slab(x, dx, self.x_rear, self.x_front);
+        let (enter_y, exit_y) = slab(y, dy, self.y_right, self.y_left);
+        let enter = enter_x.max(enter_y);
+        let exit = exit_x.min(exit_y);
+        if enter < 0.0 && exit > 0.0 {
+            exit
+        } else if enter < exit && exit > 0.0 {
+            f64::NAN
+        } else {
+            0.0
+        }
+    }
+}
+
+/// When a point moving from `p` at rate `d` is between `low` and `high`; never is (inf, -inf), always (-inf, inf).
+fn slab(p: f64, d: f64, low: f64, high: f64) -> (f64, f64) {
+    if d == 0.0 {
+        return if low < p && p < high {
+            (f64::NEG_INFINITY, f64::INFINITY)
+        } else {
+            (f64::INFINITY, f64::NEG_INFINITY)
+        };
+    }
+    let to_low = (low - p) / d;
+    let to_high = (high - p) / d;
+    if d > 0.0 { (to_low, to_high) } else { (to_high, to_low) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Outline;
+
+    const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.4, y_right: -0.15, y_left: 0.15 };
+
+    #[test]
+    fn from_inside_the_way_to_the_edge() {
+        assert!((CAR.offset((0.25, 0.0), (1.0, 0.0)) - 0.15).abs() < 1e-12);
+        assert!((CAR.offset((0.25, 0.0), (-1.0, 0.0)) - 0.35).abs() < 1e-12);
+        assert!((CAR.offset((0.25, 0.0), (0.0, -1.0)) - 0.15).abs() < 1e-12);
+    }
+
+    #[test]
+    fn from_outside_or_the_edge() {
+        assert_eq!(CAR.offset((0.5, 0.0), (1.0, 0.0)), 0.0);
+        assert!(CAR.offset((0.5, 0.0), (-1.0, 0.0)).is_nan());
+        assert_eq!(CAR.offset((0.4, 0.0), (1.0, 0.0)), 0.0);
+        assert!(CAR.offset((0.4, 0.0), (-1.0, 0.0)).is_nan());
+        assert_eq!(CAR.offset((0.4, 0.0), (0.0, 1.0)), 0.0, "along the front edge");
+        assert_eq!(CAR.offset((0.5, 0.3), (-1.0, 0.0)), 0.0, "past the side");
+    }
+}

@@ -1,0 +1,149 @@
+//! What a number in `ranges` means (REP 117, `sensor_msgs/LaserScan`).
+
+use crate::column::Source;
+use crate::lanes::{LANES, Lanes, each};
+use crate::real::Real;
+use crate::simd::Kernel;
+
+/// What a reading of -inf, an object nearer than `range_min`, counts as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TooClose {
+    /// A hit at `range_min`.
+    #[default]
+    Hit,
+    /// Nothing: the literal "ignore infinities".
+    Ignore,
+}
+
+/// What the user's limits do to a valid reading outside them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LimitsPolicy {
+    /// Beyond the far limit is out of the horizon and never the cause; below the near limit is kept as it is.
+    #[default]
+    Horizon,
+    /// Readings are clamped into the limits, literally.
+    Clamp,
+}
+
+/// How often each case occurred in one scan. Every beam is counted once in the first seven; `contact` is apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Valid readings within the user's limits.
+    pub valid: u32,
+    /// NaN.
+    pub invalid: u32,
+    /// -inf: an object nearer than `range_min`.
+    pub too_close: u32,
+    /// +inf: observed free space.
+    pub no_return: u32,
+    /// Finite and outside the sensor's `[range_min, range_max]`: discarded.
+    pub out_of_range: u32,
+    /// Valid readings beyond the user's far limit.
+    pub beyond_limits: u32,
+    /// Ignored because of `mask`, or because the beam looks at the vehicle itself.
+    pub masked: u32,
+    /// Readings inside the outline.
+    pub contact: u32,
+}
+
+/// The rules, with bounds rounded to the type of the ranges.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rules<T> {
+    range_min: T,
+    range_max: T,
+    far_limit: T,
+    clamp: (T, T),
+    too_close: T,
+    usable_max: T,
+}
+
+impl<T: Real> Rules<T> {
+    pub(super) fn new(
+        (range_min, range_max): (f64, f64),
+        limits: Option<(f64, f64)>,
+        policy: LimitsPolicy,
+        too_close: TooClose,
+    ) -> Self {
+        let (near, far) = limits.map_or((T::ZERO, T::INFINITY), |(near, far)| (T::of(near), T::of(far)));
+        let clamps = policy == LimitsPolicy::Clamp;
+        let range_max = T::of(range_max);
+        let farthest = if clamps || range_max < far { range_max } else { far };
+        Rules {
+            range_min: T::of(range_min),
+            range_max,
+            far_limit: far,
+            clamp: if clamps { (near, far) } else { (T::ZERO, T::INFINITY) },
+            too_close: match too_close {
+                TooClose::Hit => T::of(range_min),
+                TooClose::Ignore => T::NAN,
+            },
+            usable_max: if farthest < T::MAX { farthest } else { T::MAX },
+        }
+    }
+
+    /// The range to compute with, or NaN where there is none.
+    #[inline(always)]
+    pub(super) fn usable(&self, r: T) -> T {
+        let r = if r == T::ZERO - T::INFINITY { self.too_close } else { r };
+        let low = if r < self.clamp.0 { self.clamp.0 } else { r };
+        let clamped = if low > self.clamp.1 { self.clamp.1 } else { low };
+        if (r >= self.range_min) & (r <= self.usable_max) { clamped } else { T::NAN }
+    }
+
+    /// Whether the sensor saw anything at all there: a reading it vouches for, or free space.
+    #[inline(always)]
+    pub(super) fn observed(&self, r: T) -> bool {
+        let too_close = r == T::ZERO - T::INFINITY;
+        let hit = too_close & !self.too_close.is_nan();
+        hit | (r == T::INFINITY) | ((r >= self.range_min) & (r <= self.range_max))
+    }
+}
+
+/// Counts every case of a scan.
+pub(super) struct Census<'a, T, S> {
+    pub ranges: S,
+    pub rules: Rules<T>,
+    /// From the sensor to the outline, NaN where the beam is ignored; padded with NaN.
+    pub offset: &'a [Lanes<f64>],
+}
+
+impl<T: Real, S: Source<T>> Kernel for Census<'_, T, S> {
+    type Output = Counts;
+
+    #[inline(always)]
+    fn run(self) -> Counts {
+        let Rules { range_min, range_max, far_limit, .. } = self.rules;
+        let minus_infinity = T::ZERO - T::INFINITY;
+        let mut tally = [[0_u32; LANES]; 8];
+        for (group, offset) in self.offset.iter().enumerate() {
+            let ranges: Lanes<T> = self.ranges.lanes(group * LANES, T::NAN);
+            let usable = each(ranges, |r| self.rules.usable(r));
+            for lane in 0..LANES {
+                let r = ranges[lane];
+                let looked = !offset[lane].is_nan();
+                let in_range = (r >= range_min) & (r <= range_max) & (r < T::INFINITY);
+                let finite = (r > minus_infinity) & (r < T::INFINITY);
+                let cases = [
+                    in_range & (r <= far_limit),
+                    r.is_nan(),
+                    r == minus_infinity,
+                    r == T::INFINITY,
+                    finite & !in_range,
+                    in_range & (r > far_limit),
+                ];
+                for (tally, case) in tally.iter_mut().zip(cases) {
+                    tally[lane] += u32::from(looked & case);
+                }
+                tally[6][lane] += u32::from(!looked);
+                tally[7][lane] += u32::from(usable[lane].wide() <= offset[lane]);
+            }
+        }
+        let sums = tally.map(|lanes| lanes.iter().sum());
+        let [valid, invalid, too_close, no_return, out_of_range, beyond_limits, masked, contact] = sums;
+        // The last group's padding has NaN offsets and was counted as masked.
+        let padding = self.offset.len() * LANES - self.ranges.len();
+        let masked: u32 = masked;
+        let masked = masked - u32::try_from(padding).unwrap_or(0);
+        Counts { valid, invalid, too_close, no_return, out_of_range, beyond_limits, masked, contact }
+    }
+}

@@ -1,0 +1,121 @@
+//! What is known of each beam before a scan arrives.
+
+use super::geometry::{Mount, Outline};
+use crate::lanes::{LANES, Lanes, groups};
+use crate::real::Real;
+
+/// The beams in `f64`: the truth that decisions are made with.
+#[derive(Clone, Debug)]
+pub(super) struct Beams {
+    /// Direction of each beam in the vehicle frame.
+    pub cos: Vec<Lanes<f64>>,
+    pub sin: Vec<Lanes<f64>>,
+    /// From the sensor to the outline; NaN where the beam is ignored, and in the padding.
+    pub offset: Vec<Lanes<f64>>,
+}
+
+impl Beams {
+    pub(super) fn new(
+        angles: impl ExactSizeIterator<Item = f64> + Clone,
+        mount: Mount,
+        outline: Option<Outline>,
+        mask: Option<&[bool]>,
+    ) -> Self {
+        let directions = angles.map(|angle| (angle + mount.yaw).sin_cos());
+        let offsets = directions.clone().enumerate().map(|(beam, (sin, cos))| {
+            if mask.is_some_and(|mask| mask[beam]) {
+                f64::NAN
+            } else {
+                outline.map_or(0.0, |outline| outline.offset((mount.x, mount.y), (cos, sin)))
+            }
+        });
+        Beams {
+            offset: groups(offsets, f64::NAN),
+            sin: groups(directions.clone().map(|(sin, _)| sin), 0.0),
+            cos: groups(directions.map(|(_, cos)| cos), 0.0),
+        }
+    }
+
+    /// Whether a beam is masked or looks at the vehicle itself.
+    pub(super) fn ignores(&self, beam: usize) -> bool {
+        self.offset[beam / LANES][beam % LANES].is_nan()
+    }
+}
+
+/// The beams for one motion of the sensor.
+#[derive(Clone, Copy)]
+pub(super) struct Exact<'a> {
+    pub beams: &'a Beams,
+    pub velocity: (f64, f64),
+    pub min_closing_speed: f64,
+}
+
+impl Exact<'_> {
+    /// Closing speed of one beam.
+    pub(super) fn closing(&self, beam: usize) -> f64 {
+        let (group, lane) = (beam / LANES, beam % LANES);
+        self.velocity.0 * self.beams.cos[group][lane] + self.velocity.1 * self.beams.sin[group][lane]
+    }
+
+    /// Clearance of one beam.
+    pub(super) fn clearance(&self, beam: usize, range: f64) -> f64 {
+        range - self.beams.offset[beam / LANES][beam % LANES]
+    }
+
+    /// Time-to-collision of a group of usable ranges; infinite where there is none.
+    #[inline(always)]
+    pub(super) fn ttc(&self, group: usize, ranges: Lanes<f64>) -> Lanes<f64> {
+        let (cos, sin) = (&self.beams.cos[group], &self.beams.sin[group]);
+        let offset = &self.beams.offset[group];
+        std::array::from_fn(|lane| {
+            let closing = self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane];
+            let clearance = ranges[lane] - offset[lane];
+            let ttc = if clearance <= 0.0 { 0.0 } else { clearance / closing };
+            if (closing > self.min_closing_speed) & (ttc >= 0.0) { ttc } else { f64::INFINITY }
+        })
+    }
+}
+
+/// The beams in the type of the ranges: what bounds and per-beam results are computed from.
+#[derive(Clone, Debug)]
+pub(super) struct Tables<T> {
+    pub cos: Vec<Lanes<T>>,
+    pub sin: Vec<Lanes<T>>,
+    /// From the sensor to the outline, rounded to nearest; NaN where the beam is ignored.
+    pub offset: Vec<Lanes<T>>,
+    /// The same, not below the truth: what is left of a range after it is not above the true clearance.
+    offset_above: Vec<Lanes<T>>,
+    /// Not above `1 / cos`, for beams that close when driving forward, NaN for the others.
+    pub inverse_forward: Vec<Lanes<T>>,
+    /// Not above `1 / -cos`, for beams that close when reversing, NaN for the others.
+    pub inverse_reverse: Vec<Lanes<T>>,
+}
+
+impl<T: Real> Tables<T> {
+    pub(super) fn new(beams: &Beams) -> Self {
+        let slack = T::SLACK.wide();
+        let inverse = |cos: f64| if cos > 0.0 { T::of((1.0 - slack) / cos) } else { T::NAN };
+        Tables {
+            cos: table(&beams.cos, T::of),
+            sin: table(&beams.sin, T::of),
+            offset: table(&beams.offset, T::of),
+            offset_above: table(&beams.offset, |offset| T::of(offset * (1.0 + slack))),
+            inverse_forward: table(&beams.cos, inverse),
+            inverse_reverse: table(&beams.cos, |cos| inverse(-cos)),
+        }
+    }
+
+    /// Clearances not above the true ones (but for one rounding, which the bounds' slack covers), and not below 0.
+    #[inline(always)]
+    pub(super) fn clearance_below(&self, group: usize, ranges: Lanes<T>) -> Lanes<T> {
+        let offset = &self.offset_above[group];
+        std::array::from_fn(|lane| {
+            let clearance = ranges[lane] - offset[lane];
+            if clearance < T::ZERO { T::ZERO } else { clearance }
+        })
+    }
+}
+
+fn table<T: Copy>(exact: &[Lanes<f64>], f: impl Fn(f64) -> T) -> Vec<Lanes<T>> {
+    exact.iter().map(|group| group.map(&f)).collect()
+}

@@ -1,0 +1,123 @@
+//! Motions from Python: numbers for one scan, numbers or one per scan for a batch.
+
+use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyFloat;
+use ttc_fast_core::scan::Motion;
+
+/// The three arguments as they came; a missing one is 0.
+pub struct MotionArguments<'a, 'py> {
+    pub speed: &'a Bound<'py, PyAny>,
+    pub yaw_rate: Option<&'a Bound<'py, PyAny>>,
+    pub lateral_speed: Option<&'a Bound<'py, PyAny>>,
+}
+
+/// One number for all rows, or one each.
+enum Quantity {
+    Same(f64),
+    Each(Vec<f64>),
+}
+
+/// A motion for each row of a batch.
+pub struct Motions {
+    speed: Quantity,
+    yaw_rate: Quantity,
+    lateral_speed: Quantity,
+}
+
+impl MotionArguments<'_, '_> {
+    /// The motion of one scan.
+    pub fn one(&self) -> PyResult<Motion> {
+        Ok(Motion {
+            speed: number("speed", self.speed)?,
+            yaw_rate: self.yaw_rate.map_or(Ok(0.0), |value| number("yaw_rate", value))?,
+            lateral_speed: self.lateral_speed.map_or(Ok(0.0), |value| number("lateral_speed", value))?,
+        })
+    }
+
+    /// The motions of `rows` scans.
+    pub fn each(&self, rows: usize) -> PyResult<Motions> {
+        let optional = |argument, value: Option<&Bound<'_, PyAny>>| {
+            value.map_or(Ok(Quantity::Same(0.0)), |value| quantity(argument, value, rows))
+        };
+        Ok(Motions {
+            speed: quantity("speed", self.speed, rows)?,
+            yaw_rate: optional("yaw_rate", self.yaw_rate)?,
+            lateral_speed: optional("lateral_speed", self.lateral_speed)?,
+        })
+    }
+}
+
+impl Motions {
+    /// The motion of one row.
+    pub fn row(&self, row: usize) -> Motion {
+        Motion {
+            speed: self.speed.row(row),
+            yaw_rate: self.yaw_rate.row(row),
+            lateral_speed: self.lateral_speed.row(row),
+        }
+    }
+}
+
+impl From<Motion> for Motions {
+    fn from(motion: Motion) -> Self {
+        Motions {
+            speed: Quantity::Same(motion.speed),
+            yaw_rate: Quantity::Same(motion.yaw_rate),
+            lateral_speed: Quantity::Same(motion.lateral_speed),
+        }
+    }
+}
+
+impl Quantity {
+    fn row(&self, row: usize) -> f64 {
+        match self {
+            Quantity::Same(value) => *value,
+            Quantity::Each(values) => values[row],
+        }
+    }
+}
+
+/// A Python number.
+pub fn number(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    if let Ok(float) = value.cast_exact::<PyFloat>() {
+        return Ok(float.value());
+    }
+    let scalar = value.getattr_opt(intern!(value.py(), "ndim"))?.map_or(Ok(0), |ndim| ndim.extract::<usize>())? == 0;
+    let number = if scalar { value.extract::<f64>().ok() } else { None };
+    number.ok_or_else(|| {
+        PyTypeError::new_err(format!("{argument} must be a number for one scan, got {}", describe(value)))
+    })
+}
+
+fn quantity(argument: &str, value: &Bound<'_, PyAny>, rows: usize) -> PyResult<Quantity> {
+    if let Ok(number) = number(argument, value) {
+        return Ok(Quantity::Same(number));
+    }
+    let py = value.py();
+    let wrong = || {
+        let got = describe(value);
+        PyValueError::new_err(format!(
+            "{argument} must be a number or have shape ({rows},), one for each scan, got {got}"
+        ))
+    };
+    // Motions are few: unlike ranges they may be converted.
+    let array = py
+        .import(intern!(py, "numpy"))?
+        .call_method1(intern!(py, "ascontiguousarray"), (value, intern!(py, "float64")))
+        .map_err(|_| wrong())?;
+    let array = array.cast_into::<PyArray1<f64>>().map_err(|_| wrong())?;
+    if array.shape() != [rows] {
+        return Err(wrong());
+    }
+    Ok(Quantity::Each(array.to_vec()?))
+}
+
+/// What a value is, for a message.
+fn describe(value: &Bound<'_, PyAny>) -> String {
+    let kind = value.get_type().name().map_or_else(|_| String::from("an object"), |name| name.to_string());
+    let shape = value.getattr(intern!(value.py(), "shape")).and_then(|shape| shape.str()).ok();
+    shape.map_or_else(|| kind.clone(), |shape| format!("{kind} of shape {shape}"))
+}

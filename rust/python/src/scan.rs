@@ -1,0 +1,511 @@
+//! `ScanTTC`.
+
+use crate::array::{Floats, Numbers};
+use crate::errors::{no_data, value_error, value_error_in_row};
+use crate::level;
+use crate::minimum::minimum;
+use crate::motion::{MotionArguments, Motions};
+use crate::nearest::{Nearest, NearestBatch};
+use numpy::PyArray1;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyFloat, PyTuple, PyType};
+use std::sync::Arc;
+use ttc_fast_core::column::{Column, Table, TableMut};
+use ttc_fast_core::scan::{self, LimitsPolicy, Motion, Mount, Outline, Range, ScanTtc, Settings, TooClose};
+
+/// Work on fewer beams than this is over before releasing the GIL pays.
+const WORTH_RELEASING: usize = 1 << 16;
+
+/// Instantaneous time-to-collision (iTTC) of the beams of one laser scanner.
+///
+/// Made once for a scanner, then called for every scan. Immutable, and usable from many threads.
+///
+/// Each beam's iTTC is its clearance over the speed at which the sensor moves along it. The sensor's velocity is that of
+/// the vehicle's origin plus yaw rate times mount position. A static world is assumed: what moves by itself is not seen
+/// to close faster.
+///
+/// Parameters
+/// ----------
+/// angle_min : float
+///     Direction of the first beam in the sensor frame, rad; 0 is the sensor's forward, counter-clockwise is positive.
+/// angle_increment : float
+///     From one beam to the next, rad; negative for a scanner that turns clockwise.
+/// beams : int
+///     Number of beams.
+/// range_min, range_max : float
+///     The *sensor's* range, m. Finite readings outside it are discarded, as sensor_msgs/LaserScan says. Honour
+///     ``range_min``: many drivers report errors as tiny ranges.
+/// limits : (float, float), optional
+///     The *user's* (near, far), m. Valid readings beyond ``far`` are out of the horizon and never the cause; valid
+///     readings below ``near`` are kept as they are.
+/// limits_policy : {"horizon", "clamp"}
+///     "clamp" moves valid readings into ``limits`` instead, literally, which can invent or hide obstacles.
+/// mount : (float, float, float)
+///     x, y (m) and yaw (rad) of the sensor in the vehicle frame.
+/// outline : (float, float, float, float), optional
+///     (x_rear, x_front, y_right, y_left) of the vehicle in its own frame, m; rear and right usually negative. Clearance is
+///     range less the way to the outline along the beam; without an outline it is the range. Beams of a sensor outside
+///     the outline that look at the vehicle are masked. A reading inside the outline is CONTACT.
+/// mask : bool sequence of length ``beams``, optional
+///     True where a beam is to be ignored (one's own antenna).
+/// min_closing_speed : float
+///     Closing at or below this, m/s, is not closing.
+/// too_close : {"hit", "ignore"}
+///     What -inf means: a hit at ``range_min``, or nothing.
+/// no_data : float, optional
+///     What ``min`` gives for a scan in which nothing valid was observed. By default that raises ``NoDataError``.
+/// minimum : KthSmallest or NeighbourSupport, optional
+///     How a speckle is outvoted; by default the nearest beam decides. Where too few beams close for a vote, the plain
+///     nearest is given, with status TOO_FEW.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If a setting makes no sense; the message names it and says what would be right.
+/// TypeError
+///     If a setting is of the wrong type.
+///
+/// Notes
+/// -----
+/// iTTC = r / max(-r_dot, 0), from the F1TENTH course; r_dot by rigid-body kinematics, v + omega x p. iTTC is the time in
+/// which the beam would shrink to nothing, not the time to contact: a wall passed at the side counts.
+///
+/// Arrays are read in place. Another thread that writes to one meanwhile may give a mix of two scans, never a read out of
+/// bounds.
+///
+/// Examples
+/// --------
+/// A wall 10 m ahead, 181 beams, at 5 m/s:
+///
+/// >>> import math, numpy as np, ttc_fast
+/// >>> scan = ttc_fast.ScanTTC(-math.pi / 2, math.pi / 180, 181, range_min=0.06, range_max=30.0)
+/// >>> angles = -math.pi / 2 + math.pi / 180 * np.arange(181)
+/// >>> with np.errstate(divide="ignore"):
+/// ...     ranges = (10.0 / np.cos(angles)).astype(np.float32)
+/// >>> scan.min(ranges, 5.0)
+/// 2.0
+/// >>> scan.min(ranges, -5.0)
+/// inf
+/// >>> nearest = scan.nearest(ranges, 5.0)
+/// >>> nearest.beam, nearest.status.name, nearest.counts.valid
+/// (90, 'CLOSING', 141)
+#[pyclass(frozen, module = "ttc_fast")]
+pub struct ScanTTC {
+    scan: ScanTtc,
+    no_data: Option<f64>,
+    minimum: Option<Py<PyAny>>,
+}
+
+#[pymethods]
+impl ScanTTC {
+    #[new]
+    #[pyo3(
+        signature = (angle_min, angle_increment, beams, *, range_min=0.0, range_max=f64::INFINITY, limits=None,
+            limits_policy="horizon", mount=(0.0, 0.0, 0.0), outline=None, mask=None, min_closing_speed=0.01,
+            too_close="hit", no_data=None, minimum=None),
+        text_signature = "(angle_min, angle_increment, beams, *, range_min=0.0, range_max=1e999, limits=None, \
+            limits_policy='horizon', mount=(0.0, 0.0, 0.0), outline=None, mask=None, min_closing_speed=0.01, \
+            too_close='hit', no_data=None, minimum=None)"
+    )]
+    #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
+    fn new(
+        angle_min: f64,
+        angle_increment: f64,
+        beams: i64,
+        range_min: f64,
+        range_max: f64,
+        limits: Option<(f64, f64)>,
+        limits_policy: &str,
+        mount: (f64, f64, f64),
+        outline: Option<(f64, f64, f64, f64)>,
+        mask: Option<&Bound<'_, PyAny>>,
+        min_closing_speed: f64,
+        too_close: &str,
+        no_data: Option<f64>,
+        minimum: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        if no_data.is_some_and(|value| !(value >= 0.0)) {
+            return Err(PyValueError::new_err("no_data must be a time in [0, inf], in seconds"));
+        }
+        let settings = Settings {
+            angle_min,
+            angle_increment,
+            beams: usize::try_from(beams)
+                .map_err(|_| PyValueError::new_err(format!("beams must be at least 1, got {beams}")))?,
+            range_min,
+            range_max,
+            limits,
+            limits_policy: one_of("limits_policy", limits_policy, POLICIES)?,
+            mount: Mount { x: mount.0, y: mount.1, yaw: mount.2 },
+            outline: outline.map(|(x_rear, x_front, y_right, y_left)| Outline { x_rear, x_front, y_right, y_left }),
+            mask: mask.map(bools).transpose()?,
+            min_closing_speed,
+            too_close: one_of("too_close", too_close, TOO_CLOSE)?,
+            minimum: minimum.as_ref().map(self::minimum).transpose()?,
+        };
+        let scan = ScanTtc::new(settings, level::current()).map_err(value_error)?;
+        Ok(ScanTTC { scan, no_data, minimum: minimum.map(Bound::unbind) })
+    }
+
+    /// Make one from the first message of a scanner.
+    ///
+    /// Parameters
+    /// ----------
+    /// msg : sensor_msgs/LaserScan, of ROS 1, ROS 2 or anything with the same fields
+    ///     ``angle_min``, ``angle_increment``, ``range_min``, ``range_max`` and the length of ``ranges`` are taken from it.
+    /// **settings
+    ///     The other settings of ``ScanTTC``; one that the message has too overrides the message.
+    ///
+    /// Returns
+    /// -------
+    /// ScanTTC
+    ///
+    /// Raises
+    /// ------
+    /// TypeError
+    ///     If the message lacks a field.
+    /// ValueError
+    ///     As ``ScanTTC``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import types, numpy as np, ttc_fast
+    /// >>> msg = types.SimpleNamespace(angle_min=-1.0, angle_increment=0.5, range_min=0.1, range_max=30.0,
+    /// ...                             ranges=np.full(5, 4.0, np.float32))
+    /// >>> ttc_fast.ScanTTC.from_message(msg, outline=(-0.1, 0.4, -0.15, 0.15)).min(msg.ranges, 2.0)
+    /// 1.8
+    #[classmethod]
+    #[pyo3(signature = (msg, **settings), text_signature = "(msg, **settings)")]
+    fn from_message<'py>(
+        cls: &Bound<'py, PyType>,
+        msg: &Bound<'py, PyAny>,
+        settings: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = cls.py();
+        let field = |name: &str| {
+            msg.getattr(name).map_err(|_| {
+                PyTypeError::new_err(format!("msg must be a sensor_msgs/LaserScan; it has no field {name}"))
+            })
+        };
+        let arguments = PyDict::new(py);
+        for name in ["angle_min", "angle_increment", "range_min", "range_max"] {
+            arguments.set_item(name, field(name)?)?;
+        }
+        arguments.set_item("beams", field("ranges")?.len()?)?;
+        if let Some(settings) = settings {
+            arguments.update(settings.as_mapping())?;
+        }
+        cls.call((), Some(&arguments))
+    }
+
+    /// Least time-to-collision of a scan, s.
+    ///
+    /// Parameters
+    /// ----------
+    /// ranges : ndarray, float32 or float64, shape (beams,) or (B, beams)
+    ///     m; read in place, whatever the stride and alignment. NaN is invalid, +inf free space, -inf too close.
+    /// speed : float, or (B,) for a batch
+    ///     Of the vehicle's origin, forward, m/s; negative when reversing. Odometry without a sign would take reversing for
+    ///     driving forward.
+    /// yaw_rate : float, or (B,) for a batch
+    ///     Counter-clockwise, rad/s.
+    /// lateral_speed : float, or (B,) for a batch
+    ///     To the left, m/s.
+    ///
+    /// Returns
+    /// -------
+    /// float, or float64 ndarray of shape (B,)
+    ///     In [0, inf]; infinite when nothing closes. With ``minimum=``, what the vote says, or the plain least where too few
+    ///     beams close for a vote.
+    ///
+    /// Raises
+    /// ------
+    /// NoDataError
+    ///     If nothing valid was observed in a scan, unless ``no_data=`` says what that means.
+    /// TypeError
+    ///     If ``ranges`` has another dtype, or a motion is not a number.
+    /// ValueError
+    ///     If ``ranges`` has another shape, or a motion is not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> scan = ttc_fast.ScanTTC(-0.5, 0.5, 3)
+    /// >>> scan.min(np.array([9.0, 10.0, 9.0]), 5.0)
+    /// 2.0
+    /// >>> scan.min(np.array([[9.0, 10.0, 9.0], [9.0, np.inf, np.nan]]), np.array([5.0, -5.0]))
+    /// array([ 2., inf])
+    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None),
+           text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0)")]
+    fn min<'py>(
+        &self,
+        py: Python<'py>,
+        ranges: &Bound<'py, PyAny>,
+        speed: &Bound<'py, PyAny>,
+        yaw_rate: Option<&Bound<'py, PyAny>>,
+        lateral_speed: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let ranges = Floats::view("ranges", ranges)?;
+        if ranges.batch {
+            return match &ranges.numbers {
+                Numbers::Single(table) => self.min_each(py, table, &motion),
+                Numbers::Double(table) => self.min_each(py, table, &motion),
+            };
+        }
+        let motion = motion.one()?;
+        let ttc = match &ranges.numbers {
+            Numbers::Single(table) => self.min_one(py, table.row(0), motion),
+            Numbers::Double(table) => self.min_one(py, table.row(0), motion),
+        }?;
+        Ok(PyFloat::new(py, ttc).into_any())
+    }
+
+    /// The nearest beam in time, and everything that says why.
+    ///
+    /// Parameters
+    /// ----------
+    /// ranges, speed, yaw_rate, lateral_speed
+    ///     As in ``min``.
+    ///
+    /// Returns
+    /// -------
+    /// Nearest, or NearestBatch for a batch
+    ///     ``ttc``, ``status``, ``beam``, ``angle``, ``range``, ``clearance``, ``closing_speed`` and ``counts``. A scan in which
+    ///     nothing valid was observed has status NO_DATA (and ttc inf); nothing is raised for it.
+    ///
+    /// Raises
+    /// ------
+    /// TypeError, ValueError
+    ///     As ``min``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> scan = ttc_fast.ScanTTC(-0.5, 0.5, 3)
+    /// >>> scan.nearest(np.array([9.0, 10.0, np.nan]), 5.0).beam
+    /// 1
+    /// >>> scan.nearest(np.full(3, np.nan), 5.0).status.name
+    /// 'NO_DATA'
+    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None),
+           text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0)")]
+    fn nearest<'py>(
+        &self,
+        py: Python<'py>,
+        ranges: &Bound<'py, PyAny>,
+        speed: &Bound<'py, PyAny>,
+        yaw_rate: Option<&Bound<'py, PyAny>>,
+        lateral_speed: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let ranges = Floats::view("ranges", ranges)?;
+        if ranges.batch {
+            let each = match &ranges.numbers {
+                Numbers::Single(table) => self.nearest_each(py, table, &motion)?,
+                Numbers::Double(table) => self.nearest_each(py, table, &motion)?,
+            };
+            return Ok(Bound::new(py, NearestBatch(each))?.into_any());
+        }
+        let motion = motion.one()?;
+        let nearest = match &ranges.numbers {
+            Numbers::Single(table) => self.nearest_one(py, table.row(0), motion),
+            Numbers::Double(table) => self.nearest_one(py, table.row(0), motion),
+        }?;
+        Ok(Bound::new(py, Nearest(nearest))?.into_any())
+    }
+
+    /// Time-to-collision of each beam, s.
+    ///
+    /// Computed in the dtype of ``ranges``, so that the least may differ from ``min`` in the last digits of float32.
+    ///
+    /// Parameters
+    /// ----------
+    /// ranges, speed, yaw_rate, lateral_speed
+    ///     As in ``min``.
+    /// out : ndarray of the dtype and shape of ``ranges``, optional
+    ///     Where to write the result. May be ``ranges`` itself.
+    /// status_out : uint8 ndarray of the shape of ``ranges``, optional
+    ///     Where to write the ``Status`` of each beam: CLEAR for free space and beyond the limits, NOT_CLOSING, CLOSING, CONTACT,
+    ///     NO_DATA where masked, INVALID where the reading says nothing.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     In [0, inf], of the dtype and shape of ``ranges``; ``out`` if given. Infinite where a beam is invalid.
+    ///
+    /// Raises
+    /// ------
+    /// TypeError, ValueError
+    ///     As ``min``; also for an ``out`` or ``status_out`` of another dtype or shape, read-only or overlapping.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> scan = ttc_fast.ScanTTC(0.0, np.pi / 3, 3, range_min=0.1)
+    /// >>> status = np.empty(3, np.uint8)
+    /// >>> scan.per_beam(np.array([10.0, 10.0, 0.01]), 5.0, status_out=status).round(3)
+    /// array([ 2.,  4., inf])
+    /// >>> [ttc_fast.Status(value).name for value in status]
+    /// ['CLOSING', 'CLOSING', 'INVALID']
+    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, out=None, status_out=None),
+           text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, out=None, status_out=None)")]
+    #[allow(clippy::too_many_arguments, reason = "arguments of a Python method")]
+    fn per_beam<'py>(
+        &self,
+        py: Python<'py>,
+        ranges: &Bound<'py, PyAny>,
+        speed: &Bound<'py, PyAny>,
+        yaw_rate: Option<&Bound<'py, PyAny>>,
+        lateral_speed: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+        status_out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let ranges = Floats::view("ranges", ranges)?;
+        let motions = if ranges.batch { motion.each(ranges.rows())? } else { Motions::from(motion.one()?) };
+        let out = out.map_or_else(|| ranges.empty_like(ranges.dtype()), |out| Ok(out.clone()))?;
+        let status = status_out.map(|array| ranges.output::<u8>("status_out", array)).transpose()?;
+        match &ranges.numbers {
+            Numbers::Single(table) => self.per_beam_each(py, table, &motions, ranges.output("out", &out)?, status)?,
+            Numbers::Double(table) => self.per_beam_each(py, table, &motions, ranges.output("out", &out)?, status)?,
+        }
+        Ok(out)
+    }
+
+    /// Number of beams.
+    #[getter]
+    fn beams(&self) -> usize {
+        self.scan.settings().beams
+    }
+
+    /// Direction of each beam in the sensor frame, rad, float64 of shape (beams,).
+    #[getter]
+    fn angles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, self.scan.settings().angles())
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        let settings = self.scan.settings();
+        let Mount { x, y, yaw } = settings.mount;
+        let keywords = PyDict::new(py);
+        keywords.set_item("range_min", settings.range_min)?;
+        keywords.set_item("range_max", settings.range_max)?;
+        keywords.set_item("limits", settings.limits)?;
+        keywords.set_item("limits_policy", name_of(settings.limits_policy, POLICIES))?;
+        keywords.set_item("mount", (x, y, yaw))?;
+        keywords.set_item("outline", settings.outline.map(|o| (o.x_rear, o.x_front, o.y_right, o.y_left)))?;
+        keywords.set_item("mask", settings.mask.clone())?;
+        keywords.set_item("min_closing_speed", settings.min_closing_speed)?;
+        keywords.set_item("too_close", name_of(settings.too_close, TOO_CLOSE))?;
+        keywords.set_item("no_data", self.no_data)?;
+        keywords.set_item("minimum", self.minimum.as_ref())?;
+        let place = (settings.angle_min, settings.angle_increment, settings.beams);
+        Ok((place.into_pyobject(py)?, keywords))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (place, keywords) = self.__getnewargs_ex__(py)?;
+        let mut parts = vec![];
+        for value in place {
+            parts.push(value.repr()?.to_string());
+        }
+        for (name, value) in keywords {
+            let hidden = value.is_none() || name.extract::<&str>()? == "mask";
+            if !hidden {
+                parts.push(format!("{name}={}", value.repr()?));
+            }
+        }
+        Ok(format!("ScanTTC({})", parts.join(", ")))
+    }
+}
+
+impl ScanTTC {
+    fn min_one<T: Range>(&self, py: Python<'_>, ranges: Column<'_, T>, motion: Motion) -> PyResult<f64> {
+        let least = release(py, ranges.len(), || self.scan.min(ranges, motion)).map_err(value_error)?;
+        least.or(self.no_data).ok_or_else(|| no_data(None))
+    }
+
+    fn min_each<'py, T: Range>(
+        &self,
+        py: Python<'py>,
+        ranges: &Table<'_, T>,
+        motion: &MotionArguments<'_, '_>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let motions = motion.each(ranges.rows())?;
+        let each: Vec<f64> = release(py, ranges.rows() * ranges.columns(), || {
+            let least = |row| {
+                let least = self.scan.min(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))?;
+                least.or(self.no_data).ok_or_else(|| no_data(Some(row)))
+            };
+            (0..ranges.rows()).map(least).collect::<PyResult<_>>()
+        })?;
+        Ok(PyArray1::from_vec(py, each).into_any())
+    }
+
+    fn nearest_one<T: Range>(&self, py: Python<'_>, ranges: Column<'_, T>, motion: Motion) -> PyResult<scan::Nearest> {
+        release(py, ranges.len(), || self.scan.nearest(ranges, motion)).map_err(value_error)
+    }
+
+    fn nearest_each<T: Range>(
+        &self,
+        py: Python<'_>,
+        ranges: &Table<'_, T>,
+        motion: &MotionArguments<'_, '_>,
+    ) -> PyResult<Arc<[scan::Nearest]>> {
+        let motions = motion.each(ranges.rows())?;
+        release(py, ranges.rows() * ranges.columns(), || {
+            let nearest = |row| self.scan.nearest(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row));
+            (0..ranges.rows()).map(nearest).collect()
+        })
+    }
+
+    fn per_beam_each<T: Range>(
+        &self,
+        py: Python<'_>,
+        ranges: &Table<'_, T>,
+        motions: &Motions,
+        mut out: TableMut<'_, T>,
+        mut status: Option<TableMut<'_, u8>>,
+    ) -> PyResult<()> {
+        release(py, ranges.rows() * ranges.columns(), || {
+            for row in 0..ranges.rows() {
+                let mut status = status.as_mut().map(|status| status.row(row));
+                self.scan
+                    .per_beam(ranges.row(row), motions.row(row), &mut out.row(row), status.as_mut())
+                    .map_err(value_error_in_row(row))?;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Run `work`, without the GIL if it is long.
+fn release<R: Send>(py: Python<'_>, beams: usize, work: impl FnOnce() -> R + Send) -> R {
+    if beams >= WORTH_RELEASING { py.detach(work) } else { work() }
+}
+
+const POLICIES: [(&str, LimitsPolicy); 2] = [("horizon", LimitsPolicy::Horizon), ("clamp", LimitsPolicy::Clamp)];
+const TOO_CLOSE: [(&str, TooClose); 2] = [("hit", TooClose::Hit), ("ignore", TooClose::Ignore)];
+
+/// The choice called `name`.
+fn one_of<T: Copy>(argument: &str, name: &str, choices: [(&str, T); 2]) -> PyResult<T> {
+    let [(first, _), (second, _)] = choices;
+    choices
+        .into_iter()
+        .find(|(choice, _)| *choice == name)
+        .map(|(_, value)| value)
+        .ok_or_else(|| PyValueError::new_err(format!("{argument} must be {first:?} or {second:?}, got {name:?}")))
+}
+
+fn name_of<T: PartialEq>(value: T, choices: [(&'static str, T); 2]) -> &'static str {
+    let [(first, one), (second, _)] = choices;
+    if value == one { first } else { second }
+}
+
+/// A mask, from a bool array or any sequence of bools.
+fn bools(mask: &Bound<'_, PyAny>) -> PyResult<Vec<bool>> {
+    mask.try_iter()
+        .and_then(|values| values.map(|value| value?.extract::<bool>()).collect())
+        .map_err(|_| PyTypeError::new_err("mask must be a sequence of bools, True where a beam is to be ignored"))
+}
