@@ -16,8 +16,17 @@ use std::mem::size_of;
 pub trait Source<T>: Copy {
     /// How many there are.
     fn len(&self) -> usize;
-    /// Numbers `at .. at + N`; those past the end are `fill`.
-    fn lanes<const N: usize>(&self, at: usize, fill: T) -> [T; N];
+    /// Whether there are none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// Numbers `at .. at + N`.
+    ///
+    /// # Panics
+    /// When that is past the end.
+    fn lanes<const N: usize>(&self, at: usize) -> [T; N];
+    /// Numbers `at .. at + N`; those past the end are `fill`. For the last few, where `lanes` would be too many.
+    fn lanes_or<const N: usize>(&self, at: usize, fill: T) -> [T; N];
 }
 
 /// `len` numbers, `stride` bytes apart, any alignment.
@@ -96,10 +105,11 @@ impl<'a, T: Copy> Column<'a, T> {
         unsafe { self.start.offset(i.cast_signed() * self.stride).cast::<T>().read_unaligned() }
     }
 
-    #[cold]
-    #[inline(never)]
-    fn tail<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
-        std::array::from_fn(|lane| if at + lane < self.len { self.get(at + lane) } else { fill })
+    /// # Panics
+    /// When numbers `at .. at + n` are not all inside.
+    #[inline(always)]
+    fn check(&self, at: usize, n: usize) {
+        assert!(n <= self.len && at <= self.len - n, "lanes past the end");
     }
 }
 
@@ -110,12 +120,15 @@ impl<T: Copy> Source<T> for Column<'_, T> {
     }
 
     #[inline(always)]
-    fn lanes<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
-        if at + N > self.len {
-            return self.tail(at, fill);
-        }
-        // SAFETY: at + lane < at + N <= len.
+    fn lanes<const N: usize>(&self, at: usize) -> [T; N] {
+        self.check(at, N);
+        // SAFETY: at + lane < at + N <= len, just checked.
         std::array::from_fn(|lane| unsafe { self.read(at + lane) })
+    }
+
+    #[inline(always)]
+    fn lanes_or<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
+        std::array::from_fn(|lane| if at + lane < self.len { self.get(at + lane) } else { fill })
     }
 }
 
@@ -126,12 +139,15 @@ impl<T: Copy> Source<T> for Dense<'_, T> {
     }
 
     #[inline(always)]
-    fn lanes<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
-        if at + N > self.0.len {
-            return self.0.tail(at, fill);
-        }
-        // SAFETY: at + N <= len, and `dense` checked that the numbers are one piece of memory.
+    fn lanes<const N: usize>(&self, at: usize) -> [T; N] {
+        self.0.check(at, N);
+        // SAFETY: at + N <= len was just checked, and `dense` checked that the numbers are one piece of memory.
         unsafe { self.0.start.add(at * size_of::<T>()).cast::<[T; N]>().read_unaligned() }
+    }
+
+    #[inline(always)]
+    fn lanes_or<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
+        self.0.lanes_or(at, fill)
     }
 }
 
@@ -289,10 +305,10 @@ mod tests {
         // SAFETY: seven floats, each inside `bytes`.
         let forward = unsafe { Column::<f32>::from_raw(bytes[1..].as_ptr(), 7, 5) };
         assert!(forward.dense().is_none());
-        assert_eq!(forward.lanes::<4>(5, -1.0), [5.0, 6.0, -1.0, -1.0]);
+        assert_eq!(forward.lanes_or::<4>(5, -1.0), [5.0, 6.0, -1.0, -1.0]);
         // SAFETY: the same floats, last first.
         let backward = unsafe { Column::<f32>::from_raw(bytes[31..].as_ptr(), 7, -5) };
-        assert_eq!(backward.lanes::<4>(0, -1.0), [6.0, 5.0, 4.0, 3.0]);
+        assert_eq!(backward.lanes::<4>(0), [6.0, 5.0, 4.0, 3.0]);
         assert_eq!(backward.get(6), 0.0);
     }
 
@@ -307,7 +323,7 @@ mod tests {
     fn a_slice_is_dense() {
         let values = [1.0_f32, 2.0, 3.0];
         let column = Column::new(&values);
-        assert_eq!(column.dense().unwrap().lanes::<4>(0, 9.0), [1.0, 2.0, 3.0, 9.0]);
-        assert_eq!(column.lanes::<2>(1, 9.0), [2.0, 3.0]);
+        assert_eq!(column.dense().unwrap().lanes_or::<4>(0, 9.0), [1.0, 2.0, 3.0, 9.0]);
+        assert_eq!(column.lanes::<2>(1), [2.0, 3.0]);
     }
 }

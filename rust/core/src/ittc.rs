@@ -92,7 +92,12 @@ impl<T: Copy> Source<T> for Repeat<T> {
     }
 
     #[inline(always)]
-    fn lanes<const N: usize>(&self, _: usize, _: T) -> [T; N] {
+    fn lanes<const N: usize>(&self, _: usize) -> [T; N] {
+        [self.value; N]
+    }
+
+    #[inline(always)]
+    fn lanes_or<const N: usize>(&self, _: usize, _: T) -> [T; N] {
         [self.value; N]
     }
 }
@@ -111,15 +116,26 @@ impl<T: Real, S: Source<T>, V: Source<T>> Kernel for EachBeam<'_, '_, T, S, V> {
 
     #[inline(always)]
     fn run(mut self) {
-        for at in (0..self.ranges.len()).step_by(LANES) {
-            let ranges: Lanes<T> = each(self.ranges.lanes(at, T::NAN), sensible);
-            let closing = each(self.speeds.lanes(at, T::NAN), |v| finite(v * self.sign));
-            self.out.set_lanes(at, ttc(ranges, closing, self.min_closing_speed));
-            if let Some(status_out) = self.status_out.as_mut() {
-                let status: Lanes<u8> =
-                    std::array::from_fn(|lane| status(ranges[lane], closing[lane], self.min_closing_speed) as u8);
-                status_out.set_lanes(at, status);
-            }
+        let whole = self.ranges.len() / LANES * LANES;
+        for at in (0..whole).step_by(LANES) {
+            self.group(at, self.ranges.lanes(at), self.speeds.lanes(at));
+        }
+        if whole < self.ranges.len() {
+            self.group(whole, self.ranges.lanes_or(whole, T::NAN), self.speeds.lanes_or(whole, T::NAN));
+        }
+    }
+}
+
+impl<T: Real, S, V> EachBeam<'_, '_, T, S, V> {
+    #[inline(always)]
+    fn group(&mut self, at: usize, ranges: Lanes<T>, speeds: Lanes<T>) {
+        let ranges = each(ranges, sensible);
+        let closing = each(speeds, |v| finite(v * self.sign));
+        self.out.set_lanes(at, ttc(ranges, closing, self.min_closing_speed));
+        if let Some(status_out) = self.status_out.as_mut() {
+            let status: Lanes<u8> =
+                std::array::from_fn(|lane| status(ranges[lane], closing[lane], self.min_closing_speed) as u8);
+            status_out.set_lanes(at, status);
         }
     }
 }

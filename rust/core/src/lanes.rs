@@ -36,11 +36,17 @@ pub(crate) fn least<T: Real>(x: Lanes<T>) -> T {
     x[0]
 }
 
-/// `table` cut into groups of lanes, the last one padded with `fill`.
-pub(crate) fn groups<T: Copy>(table: impl ExactSizeIterator<Item = T>, fill: T) -> Vec<Lanes<T>> {
-    let mut groups = vec![[fill; LANES]; table.len().div_ceil(LANES)];
-    for (i, value) in table.enumerate() {
-        groups[i / LANES][i % LANES] = value;
-    }
-    groups
+/// Entries `at .. at + LANES` of a table.
+///
+/// # Panics
+/// When that is past the end; tables are [`padded`].
+#[inline(always)]
+pub(crate) fn window<T>(table: &[T], at: usize) -> &Lanes<T> {
+    table[at..].first_chunk().expect("tables are padded to whole groups of lanes")
+}
+
+/// `table` with `fill` behind it, up to a whole number of groups of lanes.
+pub(crate) fn padded<T: Copy>(table: impl ExactSizeIterator<Item = T>, fill: T) -> Vec<T> {
+    let padding = table.len().next_multiple_of(LANES) - table.len();
+    table.chain(std::iter::repeat_n(fill, padding)).collect()
 }

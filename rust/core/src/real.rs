@@ -29,14 +29,21 @@ pub trait Real:
 
     /// The nearest value of this type.
     fn of(value: f64) -> Self;
+    /// The largest value of this type that is not above `value`.
+    fn not_above(value: f64) -> Self;
     /// The same value as `f64`; always exact.
     fn wide(self) -> f64;
     /// Whether it is not a number.
     fn is_nan(self) -> bool;
+    /// Whether `low <= self <= high`, for `0 <= low <= high`.
+    ///
+    /// One comparison instead of two: bit patterns of floats from +0 up are ordered as the floats are, and those of
+    /// negative numbers and NaN lie above them all. Compilers keep one comparison in lanes better than two and an `&`.
+    fn between(self, low: Self, high: Self) -> bool;
 }
 
 macro_rules! real {
-    ($($float:ident),*) => {$(
+    ($($float:ident)*) => {$(
         impl Real for $float {
             const ZERO: Self = 0.0;
             const INFINITY: Self = $float::INFINITY;
@@ -51,6 +58,11 @@ macro_rules! real {
                 value as $float
             }
 
+            fn not_above(value: f64) -> Self {
+                let nearest = Self::of(value);
+                if nearest.wide() > value { nearest.next_down() } else { nearest }
+            }
+
             #[inline(always)]
             #[allow(clippy::cast_lossless, clippy::unnecessary_cast, reason = "one body for f32 and f64")]
             fn wide(self) -> f64 {
@@ -61,8 +73,32 @@ macro_rules! real {
             fn is_nan(self) -> bool {
                 $float::is_nan(self)
             }
+
+            #[inline(always)]
+            fn between(self, low: Self, high: Self) -> bool {
+                let bits = |x: $float| (x + 0.0).to_bits(); // adding 0 turns -0 into +0
+                bits(self).wrapping_sub(bits(low)) <= bits(high).wrapping_sub(bits(low))
+            }
         }
     )*};
 }
 
-real!(f32, f64);
+real!(f32 f64);
+
+#[cfg(test)]
+mod tests {
+    use super::Real;
+
+    #[test]
+    fn between_is_two_comparisons() {
+        let values =
+            [0.0, -0.0, 1e-45, 0.1, 1.0, f32::MAX, f32::INFINITY, f32::NAN, -f32::NAN, -1.0, f32::NEG_INFINITY];
+        for x in values {
+            for low in values.into_iter().filter(|low| *low >= 0.0) {
+                for high in values.into_iter().filter(|high| *high >= low) {
+                    assert_eq!(x.between(low, high), low <= x && x <= high, "{low} <= {x} <= {high}");
+                }
+            }
+        }
+    }
+}

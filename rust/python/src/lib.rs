@@ -1,5 +1,7 @@
 //! The Python binding: signatures, arrays to views, results and errors to Python objects. No arithmetic here.
 
+#![allow(clippy::doc_markdown, reason = "docstrings for Python users are numpydoc, not rustdoc")]
+
 mod array;
 mod errors;
 mod ittc;

@@ -33,6 +33,7 @@ pub struct KthSmallest {
 }
 
 #[pymethods]
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "Python hands methods a reference")]
 impl KthSmallest {
     #[new]
     fn new(k: i64) -> PyResult<Self> {

@@ -125,7 +125,7 @@ impl ScanTTC {
         no_data: Option<f64>,
         minimum: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        if no_data.is_some_and(|value| !(value >= 0.0)) {
+        if no_data.is_some_and(|value| value.is_nan() || value < 0.0) {
             return Err(PyValueError::new_err("no_data must be a time in [0, inf], in seconds"));
         }
         let settings = Settings {
@@ -346,8 +346,8 @@ impl ScanTTC {
     /// >>> status = np.empty(3, np.uint8)
     /// >>> scan.per_beam(np.array([10.0, 10.0, 0.01]), 5.0, status_out=status).round(3)
     /// array([ 2.,  4., inf])
-    /// >>> [ttc_fast.Status(value).name for value in status]
-    /// ['CLOSING', 'CLOSING', 'INVALID']
+    /// >>> status.tolist() == [ttc_fast.Status.CLOSING, ttc_fast.Status.CLOSING, ttc_fast.Status.INVALID]
+    /// True
     #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, out=None, status_out=None),
            text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, out=None, status_out=None)")]
     #[allow(clippy::too_many_arguments, reason = "arguments of a Python method")]
@@ -498,7 +498,7 @@ fn one_of<T: Copy>(argument: &str, name: &str, choices: [(&str, T); 2]) -> PyRes
         .ok_or_else(|| PyValueError::new_err(format!("{argument} must be {first:?} or {second:?}, got {name:?}")))
 }
 
-fn name_of<T: PartialEq>(value: T, choices: [(&'static str, T); 2]) -> &'static str {
+fn name_of<T: Copy + PartialEq>(value: T, choices: [(&'static str, T); 2]) -> &'static str {
     let [(first, one), (second, _)] = choices;
     if value == one { first } else { second }
 }

@@ -26,8 +26,9 @@ use {
     tally::{Best, Tally, Vote},
 };
 
-use crate::column::{Column, ColumnMut, Dense};
+use crate::column::{Column, ColumnMut, Dense, Source};
 use crate::error::{Error, finite, non_negative};
+use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
@@ -37,6 +38,9 @@ const WIDEST_VIEW: f64 = 4.0 * std::f64::consts::PI;
 
 /// No vehicle is faster than light, m/s. Keeps every product far from overflow.
 const FASTEST: f64 = 299_792_458.0;
+
+/// No scanner's range begins farther away than this, m. Keeps bounds finite in `f32` too.
+const FARTHEST: f64 = 1e30;
 
 /// Everything that is known of a scanner before a scan arrives.
 #[derive(Clone, Debug, PartialEq)]
@@ -176,6 +180,10 @@ impl Settings {
             ));
         }
         non_negative("range_min", self.range_min)?;
+        if self.range_min > FARTHEST {
+            let got = self.range_min;
+            return Err(Error::new("range_min", format!("must be below {FARTHEST:e} m, got {got}")));
+        }
         if self.range_max.is_nan() || self.range_max <= self.range_min {
             let (low, high) = (self.range_min, self.range_max);
             return Err(Error::new("range_max", format!("must be above range_min = {low}, got {high}")));
@@ -184,6 +192,15 @@ impl Settings {
             && !(near >= 0.0 && near < far)
         {
             return Err(Error::new("limits", format!("must be (near, far) with 0 <= near < far, got ({near}, {far})")));
+        }
+        if let Some((_, far)) = self.limits
+            && far <= self.range_min
+        {
+            let low = self.range_min;
+            return Err(Error::new(
+                "limits",
+                format!("end at {far}, not beyond range_min = {low}: no reading could ever count"),
+            ));
         }
         if let Some(mask) = &self.mask
             && mask.len() != self.beams
@@ -199,6 +216,7 @@ impl Settings {
     }
 
     /// Direction of each beam in the sensor frame, rad.
+    #[must_use]
     pub fn angles(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         (0..self.beams).map(|beam| self.angle(beam))
     }
@@ -389,8 +407,7 @@ impl<T: Real> View<'_, T> {
         V: for<'s> Tally<T, Column<'s, T>> + for<'s> Tally<T, Dense<'s, T>>,
     {
         let (vx, vy) = self.exact.velocity;
-        // No beam closes faster than the sensor moves (the factor covers the rounding of cos² + sin²).
-        if vx.hypot(vy) * (1.0 + f64::SLACK) <= self.exact.min_closing_speed {
+        if vx.abs() + vy.abs() <= self.exact.min_closing_speed {
             return;
         }
         let tables = &self.prepared.tables;
@@ -406,17 +423,23 @@ impl<T: Real> View<'_, T> {
         V: for<'s> Tally<T, Column<'s, T>> + for<'s> Tally<T, Dense<'s, T>>,
     {
         let (rules, exact) = (self.prepared.rules, self.exact);
-        match self.ranges.dense() {
+        let few: Lanes<T>;
+        let mut ranges = self.ranges;
+        if ranges.len() < LANES {
+            few = ranges.lanes_or(0, T::NAN);
+            ranges = Column::new(&few);
+        }
+        match ranges.dense() {
             Some(ranges) => self.level.run(Search { ranges, rules, bound, exact, tally }),
-            None => self.level.run(Search { ranges: self.ranges, rules, bound, exact, tally }),
+            None => self.level.run(Search { ranges, rules, bound, exact, tally }),
         }
     }
 
     fn counts(&self) -> Counts {
-        let (rules, offset) = (self.prepared.rules, self.exact.beams.offset.as_slice());
+        let Prepared { tables, rules } = self.prepared;
         match self.ranges.dense() {
-            Some(ranges) => self.level.run(Census { ranges, rules, offset }),
-            None => self.level.run(Census { ranges: self.ranges, rules, offset }),
+            Some(ranges) => self.level.run(Census { ranges, rules: *rules, tables }),
+            None => self.level.run(Census { ranges: self.ranges, rules: *rules, tables }),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::reading::Rules;
 use super::tables::Tables;
 use crate::column::{ColumnMut, Source};
-use crate::lanes::{LANES, Lanes, each};
+use crate::lanes::{LANES, Lanes, each, window};
 use crate::real::Real;
 use crate::simd::Kernel;
 use crate::status::Status;
@@ -24,24 +24,33 @@ impl<T: Real, S: Source<T>> Kernel for PerBeam<'_, '_, T, S> {
 
     #[inline(always)]
     fn run(mut self) {
-        for group in 0..self.ranges.len().div_ceil(LANES) {
-            let ranges: Lanes<T> = self.ranges.lanes(group * LANES, T::NAN);
-            let readings = each(ranges, |r| self.rules.usable(r));
-            let (cos, sin) = (&self.tables.cos[group], &self.tables.sin[group]);
-            let offset = &self.tables.offset[group];
-            let closing: Lanes<T> =
-                std::array::from_fn(|lane| self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane]);
-            let clearance: Lanes<T> = std::array::from_fn(|lane| readings[lane] - offset[lane]);
-            self.out.set_lanes(group * LANES, ttc(clearance, closing, self.min_closing_speed));
-            if let Some(status_out) = self.status_out.as_mut() {
-                let seen = each(ranges, |r| self.rules.observed(r));
-                let status: Lanes<u8> = std::array::from_fn(|lane| {
-                    let looked = !offset[lane].is_nan();
-                    let closes = closing[lane] > self.min_closing_speed;
-                    status(clearance[lane], closes, looked, seen[lane]) as u8
-                });
-                status_out.set_lanes(group * LANES, status);
-            }
+        let whole = self.ranges.len() / LANES * LANES;
+        for at in (0..whole).step_by(LANES) {
+            self.group(at, self.ranges.lanes(at));
+        }
+        if whole < self.ranges.len() {
+            self.group(whole, self.ranges.lanes_or(whole, T::NAN));
+        }
+    }
+}
+
+impl<T: Real, S> PerBeam<'_, '_, T, S> {
+    #[inline(always)]
+    fn group(&mut self, at: usize, ranges: Lanes<T>) {
+        let readings = each(ranges, |r| self.rules.usable(r));
+        let (cos, sin) = (window(&self.tables.cos, at), window(&self.tables.sin, at));
+        let offset = window(&self.tables.offset, at);
+        let closing: Lanes<T> = std::array::from_fn(|lane| self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane]);
+        let clearance: Lanes<T> = std::array::from_fn(|lane| readings[lane] - offset[lane]);
+        self.out.set_lanes(at, ttc(clearance, closing, self.min_closing_speed));
+        if let Some(status_out) = self.status_out.as_mut() {
+            let seen = each(ranges, |r| self.rules.observed(r));
+            let status: Lanes<u8> = std::array::from_fn(|lane| {
+                let looked = !offset[lane].is_nan();
+                let closes = closing[lane] > self.min_closing_speed;
+                status(clearance[lane], closes, looked, seen[lane]) as u8
+            });
+            status_out.set_lanes(at, status);
         }
     }
 }
@@ -52,7 +61,8 @@ pub(crate) fn ttc<T: Real>(clearance: Lanes<T>, closing: Lanes<T>, min_closing_s
     std::array::from_fn(|lane| {
         let ttc = clearance[lane] / closing[lane];
         let ttc = if clearance[lane] <= T::ZERO { T::ZERO } else { ttc };
-        if (closing[lane] > min_closing_speed) & (ttc >= T::ZERO) { ttc } else { T::INFINITY }
+        let ttc = if closing[lane] > min_closing_speed { ttc } else { T::INFINITY };
+        if ttc >= T::ZERO { ttc } else { T::INFINITY }
     })
 }
 

@@ -1,7 +1,7 @@
 //! What a number in `ranges` means (REP 117, `sensor_msgs/LaserScan`).
 
+use super::tables::Tables;
 use crate::column::Source;
-use crate::lanes::{LANES, Lanes, each};
 use crate::real::Real;
 use crate::simd::Kernel;
 
@@ -87,7 +87,7 @@ impl<T: Real> Rules<T> {
         let r = if r == T::ZERO - T::INFINITY { self.too_close } else { r };
         let low = if r < self.clamp.0 { self.clamp.0 } else { r };
         let clamped = if low > self.clamp.1 { self.clamp.1 } else { low };
-        if (r >= self.range_min) & (r <= self.usable_max) { clamped } else { T::NAN }
+        if r.between(self.range_min, self.usable_max) { clamped } else { T::NAN }
     }
 
     /// Whether the sensor saw anything at all there: a reading it vouches for, or free space.
@@ -103,47 +103,59 @@ impl<T: Real> Rules<T> {
 pub(super) struct Census<'a, T, S> {
     pub ranges: S,
     pub rules: Rules<T>,
-    /// From the sensor to the outline, NaN where the beam is ignored; padded with NaN.
-    pub offset: &'a [Lanes<f64>],
+    pub tables: &'a Tables<T>,
 }
+
+/// Beams counted in one go. Long enough that the compiler keeps the loop and works on many beams at once.
+const CHUNK: usize = 128;
 
 impl<T: Real, S: Source<T>> Kernel for Census<'_, T, S> {
     type Output = Counts;
 
     #[inline(always)]
     fn run(self) -> Counts {
-        let Rules { range_min, range_max, far_limit, .. } = self.rules;
-        let minus_infinity = T::ZERO - T::INFINITY;
-        let mut tally = [[0_u32; LANES]; 8];
-        for (group, offset) in self.offset.iter().enumerate() {
-            let ranges: Lanes<T> = self.ranges.lanes(group * LANES, T::NAN);
-            let usable = each(ranges, |r| self.rules.usable(r));
-            for lane in 0..LANES {
-                let r = ranges[lane];
-                let looked = !offset[lane].is_nan();
-                let in_range = (r >= range_min) & (r <= range_max) & (r < T::INFINITY);
-                let finite = (r > minus_infinity) & (r < T::INFINITY);
-                let cases = [
-                    in_range & (r <= far_limit),
-                    r.is_nan(),
-                    r == minus_infinity,
-                    r == T::INFINITY,
-                    finite & !in_range,
-                    in_range & (r > far_limit),
-                ];
-                for (tally, case) in tally.iter_mut().zip(cases) {
-                    tally[lane] += u32::from(looked & case);
-                }
-                tally[6][lane] += u32::from(!looked);
-                tally[7][lane] += u32::from(usable[lane].wide() <= offset[lane]);
+        let offset = self.tables.offset_below.as_slice();
+        let beams = self.ranges.len();
+        let mut counts = Counts::default();
+        for at in (0..beams).step_by(CHUNK) {
+            if at + CHUNK <= beams {
+                let ranges: [T; CHUNK] = self.ranges.lanes(at);
+                self.count(&mut counts, &ranges, &offset[at..at + CHUNK]);
+            } else {
+                let ranges: [T; CHUNK] = self.ranges.lanes_or(at, T::NAN);
+                self.count(&mut counts, &ranges[..beams - at], &offset[at..beams]);
             }
         }
-        let sums = tally.map(|lanes| lanes.iter().sum());
-        let [valid, invalid, too_close, no_return, out_of_range, beyond_limits, masked, contact] = sums;
-        // The last group's padding has NaN offsets and was counted as masked.
-        let padding = self.offset.len() * LANES - self.ranges.len();
-        let masked: u32 = masked;
-        let masked = masked - u32::try_from(padding).unwrap_or(0);
-        Counts { valid, invalid, too_close, no_return, out_of_range, beyond_limits, masked, contact }
+        counts
+    }
+}
+
+impl<T: Real, S> Census<'_, T, S> {
+    #[inline(always)]
+    fn count(&self, counts: &mut Counts, ranges: &[T], offset: &[T]) {
+        let Rules { range_min, range_max, far_limit, .. } = self.rules;
+        let [mut valid, mut invalid, mut too_close, mut no_return] = [0_u32; 4];
+        let [mut out_of_range, mut beyond_limits, mut masked, mut contact] = [0_u32; 4];
+        for (&r, &offset) in ranges.iter().zip(offset) {
+            let looked = !offset.is_nan();
+            let finite = (r > T::ZERO - T::INFINITY) & (r < T::INFINITY);
+            let in_range = finite & (r >= range_min) & (r <= range_max);
+            masked += u32::from(!looked);
+            invalid += u32::from(looked & r.is_nan());
+            too_close += u32::from(looked & (r == T::ZERO - T::INFINITY));
+            no_return += u32::from(looked & (r == T::INFINITY));
+            out_of_range += u32::from(looked & finite & !in_range);
+            beyond_limits += u32::from(looked & in_range & (r > far_limit));
+            valid += u32::from(looked & in_range & (r <= far_limit));
+            contact += u32::from(self.rules.usable(r) <= offset);
+        }
+        counts.valid += valid;
+        counts.invalid += invalid;
+        counts.too_close += too_close;
+        counts.no_return += no_return;
+        counts.out_of_range += out_of_range;
+        counts.beyond_limits += beyond_limits;
+        counts.masked += masked;
+        counts.contact += contact;
     }
 }

@@ -4,8 +4,8 @@
 //!
 //! 1. *Bound.* In the type of the ranges, and with as little arithmetic as possible, every beam gets a number that
 //!    is not above its true value. Each block of beams keeps only its least bound.
-//! 2. *Decide.* The block with the least bound is computed exactly, in `f64`. Then every other block whose bound
-//!    does not exceed the best value so far. As bounds never lie above the truth, no better beam can be missed,
+//! 2. *Decide.* The beams with the least bound, or nearly, are computed exactly, in `f64`. Then every other beam whose
+//!    bound does not exceed the best value so far. As bounds never lie above the truth, no better beam can be missed,
 //!    however the bounds were rounded: rounding costs time, never the answer. Flat walls, where many beams tie
 //!    within `f32`, are only more beams to decide.
 //!
@@ -15,9 +15,9 @@
 
 use super::reading::Rules;
 use super::tables::{Exact, Tables};
-use super::tally::Tally;
+use super::tally::{Best, Tally};
 use crate::column::Source;
-use crate::lanes::{LANES, Lanes, each, keep_least, least};
+use crate::lanes::{LANES, Lanes, each, keep_least, least, window};
 use crate::real::Real;
 use crate::simd::Kernel;
 
@@ -28,14 +28,14 @@ const GROUPS: usize = 8;
 
 /// A number for each beam that is not above its time-to-collision times `scale`; NaN where the beam cannot close.
 pub(super) trait Bound<T> {
-    fn lanes(&self, group: usize, ranges: Lanes<T>) -> Lanes<T>;
+    fn lanes(&self, at: usize, ranges: Lanes<T>) -> Lanes<T>;
     fn scale(&self) -> f64;
 }
 
 /// Bounds for a sensor that moves along the vehicle's x axis.
 pub(super) struct Straight<'a, T> {
     tables: &'a Tables<T>,
-    inverse: &'a [Lanes<T>],
+    inverse: &'a [T],
     speed: f64,
 }
 
@@ -48,9 +48,9 @@ impl<'a, T: Real> Straight<'a, T> {
 
 impl<T: Real> Bound<T> for Straight<'_, T> {
     #[inline(always)]
-    fn lanes(&self, group: usize, ranges: Lanes<T>) -> Lanes<T> {
-        let clearance = self.tables.clearance_below(group, ranges);
-        let inverse = &self.inverse[group];
+    fn lanes(&self, at: usize, ranges: Lanes<T>) -> Lanes<T> {
+        let clearance = self.tables.clearance_below(at, ranges);
+        let inverse = window(self.inverse, at);
         std::array::from_fn(|lane| clearance[lane] * inverse[lane])
     }
 
@@ -76,9 +76,9 @@ impl<'a, T: Real> Turning<'a, T> {
 
 impl<T: Real> Bound<T> for Turning<'_, T> {
     #[inline(always)]
-    fn lanes(&self, group: usize, ranges: Lanes<T>) -> Lanes<T> {
-        let clearance = self.tables.clearance_below(group, ranges);
-        let (cos, sin) = (&self.tables.cos[group], &self.tables.sin[group]);
+    fn lanes(&self, at: usize, ranges: Lanes<T>) -> Lanes<T> {
+        let clearance = self.tables.clearance_below(at, ranges);
+        let (cos, sin) = (window(&self.tables.cos, at), window(&self.tables.sin, at));
         let below_one = T::of(1.0) - T::SLACK;
         std::array::from_fn(|lane| {
             let closing = self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane] + self.slack;
@@ -95,6 +95,7 @@ impl<T: Real> Bound<T> for Turning<'_, T> {
 
 /// The search itself: what `tally` has seen when it ends decides the answer.
 pub(super) struct Search<'a, 't, T, S, B, V> {
+    /// At least one group of lanes of them.
     pub ranges: S,
     pub rules: Rules<T>,
     pub bound: B,
@@ -108,37 +109,48 @@ impl<T: Real, S: Source<T>, B: Bound<T>, V: Tally<T, S>> Kernel for Search<'_, '
     #[inline(always)]
     fn run(mut self) {
         let groups = self.ranges.len().div_ceil(LANES);
-        let size = GROUPS.max(groups.div_ceil(BLOCKS));
+        let size = groups.div_ceil(BLOCKS).next_power_of_two().max(GROUPS);
         let blocks = groups.div_ceil(size);
+        let block = |block: usize| (block * size, groups.min((block + 1) * size));
 
         let mut bounds = [T::INFINITY; BLOCKS];
-        for (block, bound) in bounds.iter_mut().enumerate().take(blocks) {
-            *bound = self.bound_of(block * size, groups.min((block + 1) * size));
+        for (i, bound) in bounds.iter_mut().enumerate().take(blocks) {
+            *bound = self.bound_of(block(i));
         }
 
-        let first = (0..blocks).fold(0, |best, block| if bounds[block] < bounds[best] { block } else { best });
-        self.decide(first * size, groups.min((first + 1) * size));
-        for block in 0..blocks {
-            if block != first && bounds[block] <= self.limit() {
-                self.decide(block * size, groups.min((block + 1) * size));
+        let first = (0..blocks).fold(0, |best, i| if bounds[i] < bounds[best] { i } else { best });
+        let cap = bounds[first] + bounds[first] * (T::SLACK + T::SLACK);
+        self.decide(block(first), cap);
+        for i in 0..blocks {
+            let decided = i == first && self.limit() <= cap;
+            if bounds[i] <= self.limit() && !decided {
+                self.decide(block(i), T::INFINITY);
             }
         }
     }
 }
 
 impl<T: Real, S: Source<T>, B: Bound<T>, V: Tally<T, S>> Search<'_, '_, T, S, B, V> {
-    /// The usable ranges of a group.
     #[inline(always)]
-    fn readings(&self, group: usize) -> Lanes<T> {
-        each(self.ranges.lanes(group * LANES, T::NAN), |r| self.rules.usable(r))
+    fn bounds(&self, at: usize, ranges: Lanes<T>) -> Lanes<T> {
+        self.bound.lanes(at, each(ranges, |r| self.rules.usable(r)))
     }
 
-    /// The least bound of groups `from .. to`.
+    /// Where a group begins, and its ranges. The last group overlaps the one before it rather than be a short one:
+    /// seeing a beam twice does no harm, and short loads are slow.
     #[inline(always)]
-    fn bound_of(&self, from: usize, to: usize) -> T {
+    fn group(&self, group: usize) -> (usize, Lanes<T>) {
+        let at = (group * LANES).min(self.ranges.len() - LANES);
+        (at, self.ranges.lanes(at))
+    }
+
+    /// The least bound of some groups.
+    #[inline(always)]
+    fn bound_of(&self, (from, to): (usize, usize)) -> T {
         let mut lowest = [T::INFINITY; LANES];
         for group in from..to {
-            keep_least(&mut lowest, self.bound.lanes(group, self.readings(group)));
+            let (at, ranges) = self.group(group);
+            keep_least(&mut lowest, self.bounds(at, ranges));
         }
         least(lowest)
     }
@@ -150,15 +162,28 @@ impl<T: Real, S: Source<T>, B: Bound<T>, V: Tally<T, S>> Search<'_, '_, T, S, B,
         T::of(self.tally.limit() * self.bound.scale()) + T::TINY
     }
 
-    /// Show the tally every beam of groups `from .. to` that may still matter.
+    /// Show the tally every beam of some groups that may still matter and whose bound is not above `cap`.
     #[inline(always)]
-    fn decide(&mut self, from: usize, to: usize) {
+    fn decide(&mut self, (from, to): (usize, usize), cap: T) {
         for group in from..to {
-            let readings = self.readings(group);
-            if least(self.bound.lanes(group, readings)) <= self.limit() {
-                let ttc = self.exact.ttc(group, each(readings, T::wide));
-                if least(ttc) <= self.tally.limit() {
-                    self.tally.show(group * LANES, &ttc, &self.ranges);
+            let (at, ranges) = self.group(group);
+            let limit = if cap < self.limit() { cap } else { self.limit() };
+            let bounds = self.bounds(at, ranges);
+            if bounds.iter().fold(false, |any, bound| any | (*bound <= limit)) {
+                self.decide_group(at, &ranges, &bounds, limit);
+            }
+        }
+    }
+
+    /// Few groups come here, and few beams of those.
+    #[inline(always)]
+    fn decide_group(&mut self, at: usize, ranges: &Lanes<T>, bounds: &Lanes<T>, limit: T) {
+        for lane in 0..LANES {
+            if bounds[lane] <= limit {
+                let beam = at + lane;
+                let ttc = self.exact.ttc(beam, self.rules.usable(ranges[lane]).wide());
+                if ttc <= self.tally.limit() && ttc < f64::INFINITY {
+                    self.tally.show(Best { ttc, beam }, &self.ranges);
                 }
             }
         }

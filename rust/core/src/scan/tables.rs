@@ -1,17 +1,17 @@
 //! What is known of each beam before a scan arrives.
 
 use super::geometry::{Mount, Outline};
-use crate::lanes::{LANES, Lanes, groups};
+use crate::lanes::{Lanes, padded, window};
 use crate::real::Real;
 
 /// The beams in `f64`: the truth that decisions are made with.
 #[derive(Clone, Debug)]
 pub(super) struct Beams {
     /// Direction of each beam in the vehicle frame.
-    pub cos: Vec<Lanes<f64>>,
-    pub sin: Vec<Lanes<f64>>,
+    pub cos: Vec<f64>,
+    pub sin: Vec<f64>,
     /// From the sensor to the outline; NaN where the beam is ignored, and in the padding.
-    pub offset: Vec<Lanes<f64>>,
+    pub offset: Vec<f64>,
 }
 
 impl Beams {
@@ -30,15 +30,15 @@ impl Beams {
             }
         });
         Beams {
-            offset: groups(offsets, f64::NAN),
-            sin: groups(directions.clone().map(|(sin, _)| sin), 0.0),
-            cos: groups(directions.map(|(_, cos)| cos), 0.0),
+            offset: padded(offsets, f64::NAN),
+            sin: padded(directions.clone().map(|(sin, _)| sin), 0.0),
+            cos: padded(directions.map(|(_, cos)| cos), 0.0),
         }
     }
 
     /// Whether a beam is masked or looks at the vehicle itself.
     pub(super) fn ignores(&self, beam: usize) -> bool {
-        self.offset[beam / LANES][beam % LANES].is_nan()
+        self.offset[beam].is_nan()
     }
 }
 
@@ -52,43 +52,47 @@ pub(super) struct Exact<'a> {
 
 impl Exact<'_> {
     /// Closing speed of one beam.
+    #[inline(always)]
     pub(super) fn closing(&self, beam: usize) -> f64 {
-        let (group, lane) = (beam / LANES, beam % LANES);
-        self.velocity.0 * self.beams.cos[group][lane] + self.velocity.1 * self.beams.sin[group][lane]
+        self.velocity.0 * self.beams.cos[beam] + self.velocity.1 * self.beams.sin[beam]
     }
 
     /// Clearance of one beam.
+    #[inline(always)]
     pub(super) fn clearance(&self, beam: usize, range: f64) -> f64 {
-        range - self.beams.offset[beam / LANES][beam % LANES]
+        range - self.beams.offset[beam]
     }
 
-    /// Time-to-collision of a group of usable ranges; infinite where there is none.
+    /// Time-to-collision of a usable range; infinite where there is none.
     #[inline(always)]
-    pub(super) fn ttc(&self, group: usize, ranges: Lanes<f64>) -> Lanes<f64> {
-        let (cos, sin) = (&self.beams.cos[group], &self.beams.sin[group]);
-        let offset = &self.beams.offset[group];
-        std::array::from_fn(|lane| {
-            let closing = self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane];
-            let clearance = ranges[lane] - offset[lane];
-            let ttc = if clearance <= 0.0 { 0.0 } else { clearance / closing };
-            if (closing > self.min_closing_speed) & (ttc >= 0.0) { ttc } else { f64::INFINITY }
-        })
+    pub(super) fn ttc(&self, beam: usize, range: f64) -> f64 {
+        let closing = self.closing(beam);
+        let clearance = self.clearance(beam, range);
+        if closing.is_nan() || closing <= self.min_closing_speed || clearance.is_nan() {
+            f64::INFINITY
+        } else if clearance <= 0.0 {
+            0.0
+        } else {
+            clearance / closing
+        }
     }
 }
 
 /// The beams in the type of the ranges: what bounds and per-beam results are computed from.
 #[derive(Clone, Debug)]
 pub(super) struct Tables<T> {
-    pub cos: Vec<Lanes<T>>,
-    pub sin: Vec<Lanes<T>>,
+    pub cos: Vec<T>,
+    pub sin: Vec<T>,
     /// From the sensor to the outline, rounded to nearest; NaN where the beam is ignored.
-    pub offset: Vec<Lanes<T>>,
-    /// The same, not below the truth: what is left of a range after it is not above the true clearance.
-    offset_above: Vec<Lanes<T>>,
+    pub offset: Vec<T>,
+    /// The largest number not above the truth: a range up to it is in contact, exactly.
+    pub offset_below: Vec<T>,
+    /// Not below the truth: what is left of a range after it is not above the true clearance.
+    offset_above: Vec<T>,
     /// Not above `1 / cos`, for beams that close when driving forward, NaN for the others.
-    pub inverse_forward: Vec<Lanes<T>>,
+    pub inverse_forward: Vec<T>,
     /// Not above `1 / -cos`, for beams that close when reversing, NaN for the others.
-    pub inverse_reverse: Vec<Lanes<T>>,
+    pub inverse_reverse: Vec<T>,
 }
 
 impl<T: Real> Tables<T> {
@@ -99,6 +103,7 @@ impl<T: Real> Tables<T> {
             cos: table(&beams.cos, T::of),
             sin: table(&beams.sin, T::of),
             offset: table(&beams.offset, T::of),
+            offset_below: table(&beams.offset, T::not_above),
             offset_above: table(&beams.offset, |offset| T::of(offset * (1.0 + slack))),
             inverse_forward: table(&beams.cos, inverse),
             inverse_reverse: table(&beams.cos, |cos| inverse(-cos)),
@@ -107,8 +112,8 @@ impl<T: Real> Tables<T> {
 
     /// Clearances not above the true ones (but for one rounding, which the bounds' slack covers), and not below 0.
     #[inline(always)]
-    pub(super) fn clearance_below(&self, group: usize, ranges: Lanes<T>) -> Lanes<T> {
-        let offset = &self.offset_above[group];
+    pub(super) fn clearance_below(&self, at: usize, ranges: Lanes<T>) -> Lanes<T> {
+        let offset = window(&self.offset_above, at);
         std::array::from_fn(|lane| {
             let clearance = ranges[lane] - offset[lane];
             if clearance < T::ZERO { T::ZERO } else { clearance }
@@ -116,6 +121,6 @@ impl<T: Real> Tables<T> {
     }
 }
 
-fn table<T: Copy>(exact: &[Lanes<f64>], f: impl Fn(f64) -> T) -> Vec<Lanes<T>> {
-    exact.iter().map(|group| group.map(&f)).collect()
+fn table<T>(exact: &[f64], f: impl Fn(f64) -> T) -> Vec<T> {
+    exact.iter().map(|value| f(*value)).collect()
 }

@@ -4,7 +4,6 @@ use super::reading::Rules;
 use super::tables::Beams;
 use crate::column::Source;
 use crate::error::{Error, non_negative};
-use crate::lanes::Lanes;
 use crate::real::Real;
 
 /// How a speckle is outvoted.
@@ -60,12 +59,12 @@ impl Neighbours {
     }
 }
 
-/// Collects decided beams. Their order is not defined, so ties are settled by index.
+/// Collects decided beams. Their order is not defined, so ties are settled by index; one may be shown twice.
 pub(super) trait Tally<T, S> {
     /// Values above this cannot change the answer.
     fn limit(&self) -> f64;
-    /// Beams `first ..`, some of which may be at or below the limit.
-    fn show(&mut self, first: usize, ttc: &Lanes<f64>, ranges: &S);
+    /// A beam that closes, at or below the limit.
+    fn show(&mut self, candidate: Best, ranges: &S);
 }
 
 /// A beam and its time-to-collision; infinity and no beam to begin with.
@@ -90,22 +89,11 @@ impl<T, S> Tally<T, S> for Best {
     }
 
     #[inline(always)]
-    fn show(&mut self, first: usize, ttc: &Lanes<f64>, _: &S) {
-        for candidate in finite(first, ttc) {
-            if candidate.precedes(self) {
-                *self = candidate;
-            }
+    fn show(&mut self, candidate: Best, _: &S) {
+        if candidate.precedes(self) {
+            *self = candidate;
         }
     }
-}
-
-/// The beams of a group that close, as candidates.
-#[inline(always)]
-fn finite(first: usize, ttc: &Lanes<f64>) -> impl Iterator<Item = Best> {
-    ttc.iter()
-        .enumerate()
-        .filter(|(_, ttc)| **ttc < f64::INFINITY)
-        .map(move |(lane, ttc)| Best { ttc: *ttc, beam: first + lane })
 }
 
 /// The nearest beam after a vote, beside the plain nearest.
@@ -136,7 +124,7 @@ impl<'a, T: Real> Vote<'a, T> {
     }
 
     fn supported<S: Source<T>>(&self, neighbours: Neighbours, beam: usize, ranges: &S) -> bool {
-        let usable = |beam: usize| self.rules.usable(ranges.lanes::<1>(beam, T::NAN)[0]).wide();
+        let usable = |beam: usize| self.rules.usable(ranges.lanes::<1>(beam)[0]).wide();
         let own = usable(beam);
         let last = ranges.len().min(beam.saturating_add(neighbours.window).saturating_add(1));
         (beam.saturating_sub(neighbours.window)..last)
@@ -152,20 +140,17 @@ impl<T: Real, S: Source<T>> Tally<T, S> for Vote<'_, T> {
         self.winner().map_or(f64::INFINITY, |best| best.ttc)
     }
 
-    fn show(&mut self, first: usize, ttc: &Lanes<f64>, ranges: &S) {
-        for candidate in finite(first, ttc) {
-            if candidate.precedes(&self.plain) {
-                self.plain = candidate;
-            }
-            if self.winner().is_some_and(|worst| !candidate.precedes(&worst)) {
-                continue;
-            }
-            if let Minimum::Neighbours(neighbours) = self.minimum
-                && !self.supported(neighbours, candidate.beam, ranges)
-            {
-                continue;
-            }
-            let place = self.kept.partition_point(|kept| kept.precedes(&candidate));
+    fn show(&mut self, candidate: Best, ranges: &S) {
+        if candidate.precedes(&self.plain) {
+            self.plain = candidate;
+        }
+        if let Minimum::Neighbours(neighbours) = self.minimum
+            && !self.supported(neighbours, candidate.beam, ranges)
+        {
+            return;
+        }
+        let place = self.kept.partition_point(|kept| kept.precedes(&candidate));
+        if self.kept.get(place) != Some(&candidate) {
             self.kept.insert(place, candidate);
             self.kept.truncate(self.places());
         }
