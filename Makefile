@@ -1,0 +1,88 @@
+# One command for each job; every one does its own set-up, and skips what is done already. Plain `make` lists them.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+# What the extension module is built from, and its build tool in the version that pyproject.toml asks for.
+SOURCES := pyproject.toml Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
+MATURIN := $(shell sed -n 's/^requires = \["\(.*\)"\]/\1/p' pyproject.toml)
+
+TARGETS := help test demo bench bench-check lint wheel clean
+.PHONY: $(TARGETS)
+.NOTPARALLEL:
+MAKEFLAGS += --no-builtin-rules
+
+say = @echo "==> $(1)"
+# $(call need,command,what to say when it fails)
+need = @$(1) >/dev/null 2>&1 || { echo "$(strip $(2))" >&2; exit 1; }
+
+help: ## list these commands
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
+
+test: $(VENV)/.has-test ## run the tests, Rust and Python
+	$(call say,Rust tests)
+	cargo test --quiet --workspace --exclude ttc-fast-python --locked
+	$(call say,Python tests)
+	$(BIN)/pytest
+
+demo: $(VENV)/.has-demo ## time-to-collision over the sample that the package ships, or over a log: make demo LOG=path
+	$(call say,$(or $(LOG),the recorded approach that the package ships))
+	$(BIN)/ttc-fast demo $(if $(LOG),"$(LOG)")
+
+bench: $(VENV)/.has-bench ## measure: the Rust kernels, then whole Python calls against the reference and numba
+	$(call say,kernels)
+	cargo bench --package ttc-fast-core --locked
+	$(call say,Python calls)
+	$(BIN)/pytest benches
+
+bench-check: $(VENV)/.has-bench ## run every benchmark once, as a test of its answer
+	$(call say,kernels)
+	cargo bench --package ttc-fast-core --locked -- --test
+	$(call say,Python calls)
+	$(BIN)/pytest benches --benchmark-disable
+
+lint: $(VENV)/.has-lint ## check format, lints, types and stubs
+	$(call say,Rust)
+	cargo fmt --all --check
+	cargo clippy --quiet --workspace --all-targets --locked -- --deny warnings
+	$(call say,Python)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/stubtest ttc_fast._core
+
+wheel: ## build a manylinux wheel and test it in an empty environment, away from the checkout
+	$(call say,manylinux wheel)
+	PYTHON="$(PYTHON)" MATURIN="$(MATURIN)" tools/wheel.sh
+
+clean: ## remove everything that these commands made
+	rm -rf $(VENV) target build dist demo-out python/ttc_fast/_core*.so
+	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	find python tests benches tools -name __pycache__ -prune -exec rm -rf {} +
+
+# `make demo path/to/log` is `make demo LOG=path/to/log`: the path is no target of its own.
+ifneq ($(filter demo,$(MAKECMDGOALS)),)
+PATHS := $(filter-out $(TARGETS),$(MAKECMDGOALS))
+LOG := $(PATHS)
+.PHONY: $(PATHS)
+$(PATHS):
+	@:
+endif
+
+$(VENV)/.created:
+	$(call say,a virtual environment in $(VENV))
+	$(call need,command -v cargo,Rust is missing: install it from https://rustup.rs)
+	$(call need,$(PYTHON) -c 'import sys; assert sys.hexversion >= 0x030A0000',\
+		$(PYTHON) is missing or older than 3.10: choose another one with make PYTHON=python3.12)
+	$(call need,$(PYTHON) -c 'import ensurepip',\
+		$(PYTHON) cannot make virtual environments: on Debian and Ubuntu run apt install python3-venv)
+	@$(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip install --quiet --upgrade pip "$(MATURIN)"
+	@touch $@
+
+# The package as an editable release build, with one of its extras. Cargo skips what it has built before.
+$(VENV)/.has-%: $(VENV)/.created $(SOURCES)
+	$(call say,ttc_fast[$*] in $(VENV))
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-build-isolation --editable ".[$*]"
+	@touch $@
