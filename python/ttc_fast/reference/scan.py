@@ -1,0 +1,221 @@
+"""``ScanTTC``: time-to-collision over the beams of a laser scanner."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ttc_fast._core import NoDataError
+from ttc_fast.reference.arguments import floats, motions, non_negative, output
+from ttc_fast.reference.formula import rounded, time_to_collision
+from ttc_fast.reference.geometry import Motion, directions, outline_offsets, sensor_velocity
+from ttc_fast.reference.results import Nearest, NearestBatch
+from ttc_fast.reference.settings import (
+    checked_angles,
+    checked_mask,
+    checked_minimum,
+    checked_mount,
+    checked_no_data,
+    checked_outline,
+    checked_rules,
+)
+from ttc_fast.reference.vote import decide
+from ttc_fast.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from ttc_fast._core import KthSmallest, NeighbourSupport
+
+    Floats = NDArray[np.floating[Any]]
+
+
+class ScanTTC:
+    """Instantaneous time-to-collision (iTTC) of the beams of one laser scanner.
+
+    Parameters, results and errors are those of ``ttc_fast.ScanTTC``.
+
+    Examples
+    --------
+    A wall 10 m ahead, and the car reversing from it:
+
+    >>> import numpy as np
+    >>> from ttc_fast import reference
+    >>> scan = reference.ScanTTC(-0.5, 0.5, 3)
+    >>> scan.min(10.0 / np.cos(scan.angles), 5.0)
+    2.0
+    >>> scan.min(10.0 / np.cos(scan.angles), -5.0)
+    inf
+    """
+
+    def __init__(
+        self,
+        angle_min: float,
+        angle_increment: float,
+        beams: int,
+        *,
+        range_min: float = 0.0,
+        range_max: float = math.inf,
+        limits: tuple[float, float] | None = None,
+        limits_policy: str = "horizon",
+        mount: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        outline: tuple[float, float, float, float] | None = None,
+        mask: Sequence[bool] | NDArray[np.bool_] | None = None,
+        min_closing_speed: float = 0.01,
+        too_close: str = "hit",
+        no_data: float | None = None,
+        minimum: KthSmallest | NeighbourSupport | None = None,
+    ) -> None:
+        self._angles = checked_angles(angle_min, angle_increment, beams)
+        self._rules = checked_rules(range_min, range_max, limits, limits_policy, too_close)
+        self._mount = checked_mount(mount)
+        self._cos, self._sin = directions(self._angles + self._mount.yaw)
+        # How much of each beam's range lies inside the vehicle, m. NaN: the beam is ignored.
+        self._offset = np.zeros(self.beams)
+        if outline is not None:
+            self._offset = outline_offsets(checked_outline(outline), self._mount, self._cos, self._sin)
+        if mask is not None:
+            self._offset[checked_mask(mask, self.beams)] = np.nan
+        self._min_closing_speed = non_negative("min_closing_speed", min_closing_speed)
+        self._no_data = checked_no_data(no_data)
+        self._minimum = checked_minimum(minimum)
+
+    @classmethod
+    def from_message(cls, msg: Any, **settings: Any) -> ScanTTC:
+        """Make one from a sensor_msgs/LaserScan; ``settings`` override what the message says."""
+        names = ("angle_min", "angle_increment", "range_min", "range_max")
+        for name in (*names, "ranges"):
+            if not hasattr(msg, name):
+                raise TypeError(f"msg must be a sensor_msgs/LaserScan; it has no field {name}")
+        message = {name: getattr(msg, name) for name in names} | {"beams": len(msg.ranges)}
+        return cls(**(message | settings))
+
+    @property
+    def beams(self) -> int:
+        """Number of beams."""
+        return len(self._angles)
+
+    @property
+    def angles(self) -> NDArray[np.float64]:
+        """Direction of each beam in the sensor frame, rad, float64 of shape (beams,)."""
+        return self._angles.copy()
+
+    def min(
+        self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
+    ) -> float | NDArray[np.float64]:
+        """Least time-to-collision of a scan, s; for a batch one each, float64 of shape (B,).
+
+        That of the beam in ``nearest``, computed in float64. Raises ``NoDataError`` when nothing valid was observed,
+        unless ``no_data`` says what that means.
+        """
+        ranges = self._checked(ranges)
+        each = [self._one_number(self._nearest(*scan)) for scan in self._scans(ranges, speed, yaw_rate, lateral_speed)]
+        return each[0] if ranges.ndim == 1 else np.array(each, np.float64)
+
+    def nearest(self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0) -> Nearest | NearestBatch:
+        """Find the nearest beam in time, and everything that says why, for a scan or for each scan of a batch."""
+        ranges = self._checked(ranges)
+        each = [self._nearest(*scan) for scan in self._scans(ranges, speed, yaw_rate, lateral_speed)]
+        return each[0] if ranges.ndim == 1 else NearestBatch(each)
+
+    def per_beam(
+        self,
+        ranges: Any,
+        speed: Any,
+        yaw_rate: Any = 0.0,
+        lateral_speed: Any = 0.0,
+        *,
+        out: Floats | None = None,
+        status_out: NDArray[np.uint8] | None = None,
+    ) -> Floats:
+        """Time-to-collision of each beam, s, computed in the dtype of ``ranges``; infinite where a beam is invalid."""
+        ranges = self._checked(ranges)
+        scans = self._scans(ranges, speed, yaw_rate, lateral_speed)
+        if status_out is not None:
+            output("status_out", status_out, ranges, np.uint8)
+        out = np.empty_like(ranges, subok=False) if out is None else output("out", out, ranges, ranges.dtype)
+        for index, (scan, motion) in enumerate(scans):
+            ttc, status = self._each_beam(scan, motion)
+            np.atleast_2d(out)[index] = ttc
+            if status_out is not None:
+                np.atleast_2d(status_out)[index] = status
+        return out
+
+    def _nearest(self, ranges: Floats, motion: Motion) -> Nearest:
+        """One scan, in float64."""
+        usable = self._rules.usable(ranges).astype(np.float64)
+        clearance = usable - self._offset
+        vx, vy = sensor_velocity(motion, self._mount)
+        closing = vx * self._cos + vy * self._sin
+        ttc = time_to_collision(clearance, closing, np.float64(self._min_closing_speed))
+
+        beam, too_few = decide(ttc, np.where(np.isnan(self._offset), np.nan, usable), self._minimum)
+        contacts = np.flatnonzero(clearance <= 0)
+        if contacts.size > 0:
+            status = Status.CONTACT
+        elif too_few:
+            status = Status.TOO_FEW
+        elif beam is not None:
+            status = Status.CLOSING
+        elif not np.isnan(clearance).all():
+            status = Status.NOT_CLOSING
+        elif (self._rules.observed(ranges) & ~np.isnan(self._offset)).any():
+            status = Status.CLEAR
+        else:
+            status = Status.NO_DATA
+
+        counts = self._rules.count(ranges, self._offset)
+        if beam is None and contacts.size > 0:
+            beam = int(contacts[0])
+        if beam is None:
+            return Nearest(math.inf, status, -1, math.nan, math.nan, math.nan, math.nan, counts)
+        return Nearest(
+            ttc=float(ttc[beam]),
+            status=status,
+            beam=beam,
+            angle=float(self._angles[beam]),
+            range=float(usable[beam]),
+            clearance=float(clearance[beam]),
+            closing_speed=float(closing[beam]),
+            counts=counts,
+        )
+
+    def _each_beam(self, ranges: Floats, motion: Motion) -> tuple[Floats, NDArray[np.uint8]]:
+        """One scan, in the dtype of its ranges: time-to-collision and status of each beam."""
+        dtype = ranges.dtype
+        cos, sin, offset = self._cos.astype(dtype), self._sin.astype(dtype), self._offset.astype(dtype)
+        vx, vy = (rounded(component, dtype) for component in sensor_velocity(motion, self._mount))
+        least = rounded(self._min_closing_speed, dtype)
+        clearance = self._rules.usable(ranges) - offset
+        closing = vx * cos + vy * sin
+        # The first that holds.
+        cases = {
+            Status.NO_DATA: np.isnan(offset),
+            Status.CONTACT: clearance <= 0,
+            Status.CLOSING: (clearance > 0) & (closing > least),
+            Status.NOT_CLOSING: clearance > 0,
+            Status.CLEAR: self._rules.observed(ranges),
+        }
+        status = np.select(list(cases.values()), list(cases), Status.INVALID)
+        return time_to_collision(clearance, closing, least), status.astype(np.uint8)
+
+    def _one_number(self, nearest: Nearest) -> float:
+        if nearest.status is not Status.NO_DATA:
+            return nearest.ttc
+        if self._no_data is None:
+            raise NoDataError("nothing valid was observed: a blind sensor is not free space")
+        return self._no_data
+
+    def _scans(self, ranges: Floats, speed: Any, yaw_rate: Any, lateral_speed: Any) -> Iterator[tuple[Floats, Motion]]:
+        """Each scan with its motion."""
+        return zip(np.atleast_2d(ranges), motions(ranges, speed, yaw_rate, lateral_speed), strict=True)
+
+    def _checked(self, ranges: Any) -> Floats:
+        scans = floats("ranges", ranges)
+        if scans.shape[-1] != self.beams:
+            raise ValueError(f"ranges must have one entry for each of the {self.beams} beams, got {scans.shape}")
+        return scans
