@@ -1,0 +1,99 @@
+"""The reference is a drop-in replacement: the same names, signatures and attributes."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+import ttc_fast
+from ttc_fast import reference
+
+# Results are only ever received, so what counts is what they offer, not how they are made.
+RESULTS = ["Counts", "CountsBatch", "Nearest", "NearestBatch"]
+
+# The instruction-set level of the kernels: NumPy has its own.
+KERNELS_ONLY = {"SIMD_LEVEL"}
+
+METHODS = ["min", "nearest", "per_beam", "from_message"]
+
+
+def parameters(callable_: Any) -> list[tuple[str, Any, Any]]:
+    """Name, kind and default of each parameter; `self` aside, of which only the kind differs."""
+    every = inspect.signature(callable_).parameters.values()
+    return [(each.name, each.kind, each.default) for each in every if each.name != "self"]
+
+
+def public(object_: Any) -> set[str]:
+    return {name for name in dir(object_) if not name.startswith("_")}
+
+
+def example(module: Any, name: str) -> Any:
+    """A result of each kind."""
+    scan = module.ScanTTC(0.0, 0.1, 3)
+    batch = scan.nearest(np.ones((2, 3)), 1.0)
+    return {"Counts": batch[0].counts, "CountsBatch": batch.counts, "Nearest": batch[0], "NearestBatch": batch}[name]
+
+
+def test_the_same_names() -> None:
+    assert set(ttc_fast.__all__) - KERNELS_ONLY == set(reference.__all__)
+    for name in reference.__all__:
+        assert hasattr(reference, name)
+
+
+@pytest.mark.parametrize("name", sorted(set(reference.__all__) - set(RESULTS)))
+def test_the_same_signature(name: str) -> None:
+    kernel, specified = getattr(ttc_fast, name), getattr(reference, name)
+    assert kernel is specified or parameters(kernel) == parameters(specified)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_same_methods(method: str) -> None:
+    kernel, specified = getattr(ttc_fast.ScanTTC, method), getattr(reference.ScanTTC, method)
+    assert parameters(kernel) == parameters(specified)
+
+
+def test_a_scanner_offers_the_same() -> None:
+    assert public(ttc_fast.ScanTTC) == public(reference.ScanTTC) == {*METHODS, "beams", "angles"}
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_results_offer_the_same(name: str) -> None:
+    kernel, specified = example(ttc_fast, name), example(reference, name)
+    assert public(kernel) == public(specified)
+    for attribute in public(kernel) - {"counts"}:
+        assert type(getattr(kernel, attribute)) is type(getattr(specified, attribute)), attribute
+
+
+@pytest.mark.parametrize("module", [ttc_fast, reference])
+def test_defaults_are_the_documented_ones(module: Any) -> None:
+    defaults = {name: default for name, _, default in parameters(module.ScanTTC)}
+    assert defaults["range_min"] == 0.0
+    assert defaults["range_max"] == math.inf
+    assert defaults["limits_policy"] == "horizon"
+    assert defaults["min_closing_speed"] == 0.01
+    assert defaults["too_close"] == "hit"
+    assert defaults["mount"] == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("module", [ttc_fast, reference])
+def test_an_index_past_the_end_of_a_batch(module: Any) -> None:
+    batch = example(module, "NearestBatch")
+    for index in (2, -3):
+        with pytest.raises(IndexError):
+            batch[index]
+
+
+@pytest.mark.parametrize("module", [ttc_fast, reference])
+def test_a_pickled_scanner_is_the_same_scanner(module: Any) -> None:
+    chosen = {"range_min": 0.1, "range_max": 9.0, "limits": (0.2, 8.0), "limits_policy": "clamp", "no_data": 7.0}
+    chosen |= {"mount": (0.2, 0.0, 0.1), "outline": (-0.1, 0.4, -0.15, 0.15), "mask": [False, True, False]}
+    chosen |= {"min_closing_speed": 0.5, "too_close": "ignore", "minimum": ttc_fast.KthSmallest(2)}
+    scan = module.ScanTTC(-0.1, 0.1, 3, **chosen)
+    copy = pickle.loads(pickle.dumps(scan))
+    for ranges in ([3.0, 0.0, 2.0], [2.0, 5.0, 8.5], [np.nan, 1.0, -np.inf]):
+        for speed in (4.0, 0.4):
+            assert copy.min(np.array(ranges), speed) == scan.min(np.array(ranges), speed)
