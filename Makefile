@@ -30,11 +30,13 @@ demo: $(VENV)/.has-demo ## time-to-collision over the sample that the package sh
 	$(call say,$(or $(LOG),the recorded approach that the package ships))
 	$(BIN)/ttc-fast demo $(if $(LOG),"$(LOG)")
 
-bench: $(VENV)/.has-bench ## measure: the Rust kernels, then whole Python calls against the reference and numba
+bench: $(VENV)/.has-bench ## measure the kernels, then whole Python calls against the reference, NumPy and numba
 	$(call say,kernels)
 	cargo bench --package ttc-fast-core --locked
 	$(call say,Python calls)
 	$(BIN)/pytest benches
+	$(call say,everybody side by side)
+	$(BIN)/python -m benches.report
 
 bench-check: $(VENV)/.has-bench ## run every benchmark once, as a test of its answer
 	$(call say,kernels)
@@ -54,7 +56,7 @@ lint: $(VENV)/.has-lint ## check format, lints, types and stubs
 
 wheel: ## build a manylinux wheel and test it in an empty environment, away from the checkout
 	$(call say,manylinux wheel)
-	PYTHON="$(PYTHON)" MATURIN="$(MATURIN)" tools/wheel.sh
+	@PYTHON="$(PYTHON)" MATURIN="$(MATURIN)" tools/wheel.sh
 
 clean: ## remove everything that these commands made
 	rm -rf $(VENV) target build dist demo-out python/ttc_fast/_core*.so
