@@ -1,0 +1,256 @@
+"""The main job: a log in, TTC of each frame, a table and a picture out."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ttc_fast import Status, bench, reference
+from ttc_fast.cli import main
+from ttc_fast.demo import SAMPLE
+from ttc_fast.demo.replay import replay
+from ttc_fast.logs import LogError, open_log
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def moving_ttc(result_of: Path, range_min: float | None = None) -> list[float]:
+    log = open_log(result_of)
+    scanner = log.scanner if range_min is None else replace(log.scanner, range_min=range_min)
+    rows = replay(log, scanner=scanner, support=0).rows
+    return [row.nearest.ttc for row in rows if row.speed > 0.05]
+
+
+def without(arrays: set[str], path: Path, source: Path = SAMPLE) -> Path:
+    with np.load(source) as archive:
+        np.savez(path, **{name: archive[name] for name in archive if name not in arrays})
+    return path
+
+
+def test_the_sample_brakes_late_and_stops_in_front_of_the_box() -> None:
+    result = replay(open_log(SAMPLE))
+    first, last = result.under[0], result.rows[-1]
+    assert first.speed == pytest.approx(4.0, abs=0.1)
+    assert abs(first.nearest.angle) < math.radians(10)
+    assert 0.25 < result.least.nearest.ttc < 0.45
+    assert first.stamp < result.least.stamp < last.stamp
+    assert result.least_scan.stamp == result.least.stamp
+    assert (last.speed, last.nearest.status, last.nearest.ttc) == (0.0, Status.NOT_CLOSING, math.inf)
+
+
+def test_speckles_of_the_sample_are_outvoted_and_only_they() -> None:
+    result = replay(open_log(SAMPLE), support=1)
+    plain = replay(open_log(SAMPLE), support=0)
+    assert plain.outvoted == []
+    assert 1 <= len(result.outvoted) <= 8
+    for row, raw in zip(result.rows, plain.rows, strict=True):
+        assert row.lone_ttc == raw.nearest.ttc <= row.nearest.ttc
+    assert min(row.lone_ttc for row in result.outvoted) < 0.2 < result.least.nearest.ttc
+
+
+def test_each_row_is_what_the_reference_says() -> None:
+    log = open_log(SAMPLE)
+    specified = reference.ScanTTC(**vars(log.scanner))
+    rows = replay(log, support=0).rows
+    assert len(rows) == log.frame_count
+    for row, frame in zip(rows[::8], list(log)[::8], strict=True):
+        expected = specified.nearest(frame.ranges, row.speed, frame.yaw_rate)
+        assert (row.nearest.ttc, row.nearest.beam) == (expected.ttc, expected.beam)
+
+
+def test_recorded_log_with_range_min_honoured(data: Path) -> None:
+    ttc = moving_ttc(data / "laserscan" / "breezyslam_exp1.npz")
+    assert np.percentile(ttc, 5) == pytest.approx(1.06, abs=0.02)
+
+
+def test_recorded_log_without_range_min_is_always_about_to_crash(data: Path) -> None:
+    ttc = moving_ttc(data / "laserscan" / "breezyslam_exp1.npz", range_min=0.0)
+    assert len(ttc) > 600
+    assert max(ttc) < 0.1
+
+
+def test_speed_given_replaces_the_speed_of_the_log() -> None:
+    rows = replay(open_log(SAMPLE), speed=-0.5).rows
+    assert {row.speed for row in rows} == {-0.5}
+    assert all(abs(row.nearest.angle) > math.pi / 4 for row in rows)  # what is behind
+
+
+def test_a_log_without_speed_asks_for_one(tmp_path: Path) -> None:
+    log = open_log(without({"v"}, tmp_path / "still.npz"))
+    with pytest.raises(LogError, match=r"still\.npz: does not know the speed of the vehicle; say it with --speed"):
+        replay(log)
+    assert len(replay(log, speed=1.0).rows) == log.frame_count
+
+
+def test_demo_prints_the_frames_that_matter(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "--no-plot", "--rows", "5"]) == 0
+    output = capsys.readouterr().out
+    rows = [line.split() for line in output.splitlines() if line[:7].split()[-1:] and line[:7].split()[-1].isdigit()]
+    result = replay(open_log(SAMPLE))
+    marked = {row[0]: row[1] for row in rows if not row[0].isdigit()}
+    assert marked["*"] == str(result.least.frame)
+    assert marked["<"] == str(result.under[0].frame)
+    assert [row[0] for row in (rows[0], rows[-1])] == ["0", str(len(result.rows) - 1)]
+    assert len(rows) <= 5
+    assert f"{result.least.nearest.ttc:.3f} s in frame {result.least.frame}" in output
+
+
+def test_demo_prints_every_row_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "--no-plot", "--rows", "0"]) == 0
+    output = capsys.readouterr().out
+    assert sum("CLOSING" in line for line in output.splitlines()) == len(replay(open_log(SAMPLE)).rows)
+
+
+def test_demo_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "deep" / "er [1]"
+    assert main(["demo", "--out", str(folder), "--rows", "2"]) == 0
+    picture = folder / "approach.png"
+    assert picture.read_bytes()[:8] == PNG
+    assert str(picture) in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "options", [["--speed", "0"], ["--speed", "-1"], ["--threshold", "100"], ["--range-min", "9.9"]]
+)
+def test_demo_draws_what_is_odd(options: list[str], tmp_path: Path) -> None:
+    assert main(["demo", "--out", str(tmp_path), *options]) == 0
+    assert (tmp_path / "approach.png").stat().st_size > 10_000
+
+
+def test_demo_shows_a_blind_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "blind.npz"
+    with np.load(SAMPLE) as archive:
+        arrays = dict(archive)
+    arrays["ranges"][3:] = np.nan
+    np.savez(path, **arrays)
+    assert main(["demo", str(path), "--out", str(tmp_path)]) == 0
+    output = capsys.readouterr().out
+    assert f"nothing valid was seen in {len(arrays['t']) - 3} frames" in output
+    blind = next(line for line in output.splitlines() if "NO_DATA" in line)
+    assert "inf" not in blind
+
+
+def test_demo_of_one_frame_without_outline(tmp_path: Path) -> None:
+    path = tmp_path / "one.npz"
+    with np.load(SAMPLE) as archive:
+        arrays = {name: archive[name][:1] if name in ("t", "ranges", "v", "w") else archive[name] for name in archive}
+    del arrays["mount"], arrays["outline"]
+    np.savez(path, **arrays)
+    assert main(["demo", str(path), "--out", str(tmp_path)]) == 0
+    assert (tmp_path / "one.png").read_bytes()[:8] == PNG
+
+
+def test_demo_of_the_recorded_log(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = data / "laserscan" / "breezyslam_exp1.npz"
+    assert main(["demo", str(log), "--out", str(tmp_path)]) == 0
+    assert "55.3% out of range" in capsys.readouterr().out
+    assert (tmp_path / "breezyslam_exp1.png").read_bytes()[:8] == PNG
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (["demo", "nowhere.npz"], 3, "nowhere.npz: cannot be opened"),
+        (["demo", "scan.xyz"], 3, "scan.xyz: no reader for this kind of file; can read .npz"),
+        (["demo", "--outline", "1", "0", "-1", "1"], 3, "outline must be"),
+        (["demo", "--range-min", "99"], 3, "range_m"),
+    ],
+)
+def test_errors_name_the_file_and_the_fix(
+    arguments: list[str], code: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*arguments, "--no-plot"]) == code
+    captured = capsys.readouterr()
+    assert captured.err.startswith("ttc-fast: ")
+    assert said in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
+
+
+def test_a_picture_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").touch()
+    assert main(["demo", "--out", str(tmp_path / "file")]) == 1
+    assert "choose another folder with --out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "COMMAND"),
+        (["demo", "--threshold", "0"], "argument --threshold: must be a finite number above 0, got '0'"),
+        (["demo", "--speed", "nan"], "argument --speed: must be a finite number, got 'nan'"),
+        (["demo", "--rows", "-1"], "argument --rows: must be a whole number from 0, got '-1'"),
+        (["bench", "--beams", "0"], "argument --beams: must be a whole number from 1, got '0'"),
+    ],
+)
+def test_a_senseless_command_line_is_exit_code_2(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [[], ["demo"], ["bench"]])
+def test_help_lists_the_exit_codes(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([*command, "--help"])
+    assert ended.value.code == 0
+    assert "exit codes:" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("package", ["rich", "matplotlib"])
+def test_a_missing_extra_is_one_line_that_says_how_to_get_it(package: str) -> None:
+    program = f"import sys; sys.modules[{package!r}] = None; from ttc_fast.cli import main; sys.exit(main(['demo']))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 4
+    assert done.stdout == ""
+    assert done.stderr == f"ttc-fast: this needs {package}, which is not installed: pip install 'ttc-fast[demo]'\n"
+
+
+def test_importing_the_package_needs_neither_extra() -> None:
+    program = (
+        "import json, sys, ttc_fast, ttc_fast.logs, ttc_fast.cli;"
+        "print(json.dumps([name in sys.modules for name in ('rich', 'matplotlib')]))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout) == [False, False]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a POSIX pipe")
+def test_a_reader_that_stops_early_sees_no_traceback() -> None:
+    program = "import sys; from ttc_fast.cli import main; sys.exit(main(['demo', '--no-plot', '--rows', '0']))"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait() == 1
+
+
+def test_bench_compares_and_prints(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--beams", "64", "--rounds", "3"]) == 0
+    output = capsys.readouterr().out
+    for method in bench.METHODS:
+        assert f".{method} " in output
+    assert "the answers were compared and agree" in output
+
+
+def test_bench_refuses_to_time_wrong_answers(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Wrong(reference.ScanTTC):
+        def min(self, *arguments: Any, **keywords: Any) -> Any:
+            return 1.01 * super().min(*arguments, **keywords)
+
+    monkeypatch.setattr(reference, "ScanTTC", Wrong)
+    assert main(["bench", "--beams", "64", "--rounds", "3"]) == 1
+    assert "ScanTTC.min and the reference give different answers" in capsys.readouterr().err
