@@ -1,0 +1,145 @@
+"""One object in many threads, the GIL released for long work, and memory that changes under a call."""
+
+from __future__ import annotations
+
+import math
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import ttc_fast
+from ttc_fast import KthSmallest, NeighbourSupport, NoDataError, ScanTTC
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+THREADS = 8
+LARGE = 1 << 17  # beams: enough for the GIL to be released
+
+
+def answers(scan: ScanTTC, ranges: Any, speed: float) -> tuple[Any, ...]:
+    """All that a thread may ask, in a form that compares exactly."""
+    status = np.empty(ranges.shape, np.uint8)
+    return (
+        scan.min(ranges, speed),
+        repr(scan.nearest(ranges, speed, 0.2)),
+        scan.per_beam(ranges, speed, 0.2, status_out=status).tobytes(),
+        status.tobytes(),
+        ttc_fast.ittc(ranges, closing_speed=speed).tobytes(),
+    )
+
+
+@pytest.mark.parametrize("minimum", [None, KthSmallest(3), NeighbourSupport()], ids=repr)
+@pytest.mark.parametrize("beams", [1080, LARGE])
+def test_eight_threads_share_one_object(beams: int, minimum: Any) -> None:
+    scan = ScanTTC(-2.0, 4.0 / beams, beams, outline=(-0.1, 0.4, -0.15, 0.15), minimum=minimum)
+    random = np.random.default_rng(2)
+    scans = [random.uniform(0.2, 30.0, beams).astype(np.float32) for _ in range(THREADS)]
+    speeds = np.linspace(-5.0, 5.0, THREADS)
+    alone = [answers(scan, *arguments) for arguments in zip(scans, speeds, strict=True)]
+    start = threading.Barrier(THREADS)
+
+    def repeatedly(index: int) -> list[tuple[Any, ...]]:
+        start.wait()
+        return [answers(scan, scans[index], speeds[index]) for _ in range(200_000 // beams + 2)]
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        for expected, found in zip(alone, pool.map(repeatedly, range(THREADS)), strict=True):
+            assert set(found) == {expected}
+
+
+@pytest.fixture
+def voluntary_switches_only() -> Iterator[None]:
+    """No thread loses the GIL unless it gives it up by itself."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1000.0)
+    yield
+    sys.setswitchinterval(before)
+
+
+def lets_others_run(call: Callable[[], object]) -> bool:
+    """Whether a Python thread that is ready to run does so before ``call`` ends."""
+    go = threading.Lock()
+    go.acquire()
+    ran: list[float] = []
+
+    def other() -> None:
+        with go:
+            ran.append(time.perf_counter())
+
+    thread = threading.Thread(target=other)
+    thread.start()
+    go.release()  # does not give up the GIL: the other thread is ready now, and cannot go on
+    call()
+    ended = time.perf_counter()
+    thread.join()
+    return ran[0] < ended
+
+
+LONG_SCAN = ScanTTC(-2.0, 4.0 / LARGE, LARGE)
+LONG_RANGES = np.broadcast_to(np.full(LARGE, 10.0, np.float32), (32, LARGE))
+LONG_OUT = np.empty(LONG_RANGES.shape, np.float32)
+LONG_CALLS = {
+    "min": lambda: LONG_SCAN.min(LONG_RANGES, 5.0, 0.0, 1.0),
+    "nearest": lambda: LONG_SCAN.nearest(LONG_RANGES, 5.0, 0.0, 1.0),
+    "per_beam": lambda: LONG_SCAN.per_beam(LONG_RANGES, 5.0, out=LONG_OUT),
+    "ittc": lambda: ttc_fast.ittc(LONG_RANGES, closing_speed=5.0, out=LONG_OUT),
+}
+
+
+@pytest.mark.usefixtures("voluntary_switches_only")
+@pytest.mark.parametrize("call", LONG_CALLS.values(), ids=LONG_CALLS)
+def test_long_work_releases_the_gil(call: Callable[[], object]) -> None:
+    """The other thread needs a processor within the call, which a busy machine may deny: one success proves it."""
+    assert any(lets_others_run(call) for _ in range(50))
+
+
+@pytest.mark.usefixtures("voluntary_switches_only")
+@pytest.mark.skipif(not getattr(sys, "_is_gil_enabled", lambda: True)(), reason="there is no GIL to hold")
+def test_the_test_above_can_fail() -> None:
+    """A call that keeps the GIL is seen to keep it."""
+    assert not any(lets_others_run(lambda: sum(range(300_000))) for _ in range(5))
+
+
+@pytest.mark.parametrize("minimum", [None, KthSmallest(3), NeighbourSupport()], ids=repr)
+def test_ranges_may_change_during_a_call(minimum: Any) -> None:
+    """A call may then see a mix of frames. It sees nothing else, and never fails otherwise than for want of data."""
+    scan = ScanTTC(-1e-9, 2e-9 / LARGE, LARGE, outline=(-1.0, 0.5, -1.0, 1.0), minimum=minimum)
+    ranges, out = np.full(LARGE, 10.5), np.empty(LARGE)
+    status = np.empty(LARGE, np.uint8)
+    stop = threading.Event()
+
+    def write() -> None:
+        random = np.random.default_rng(4)
+        while not stop.is_set():
+            at = int(random.integers(LARGE))
+            ranges[at : at + LARGE // 4] = random.choice([10.5, 5.5, math.nan, math.inf, -math.inf])
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    possible = {0.0, 1.0, 2.0, math.inf}
+    try:
+        for _ in range(60):
+            try:
+                least = scan.min(ranges, 5.0)
+            except NoDataError:
+                least = math.inf
+            assert least in possible
+            nearest = scan.nearest(ranges, 5.0)
+            assert nearest.ttc in possible
+            assert -1 <= nearest.beam < LARGE
+            scan.per_beam(ranges, 5.0, out=out, status_out=status)
+            assert set(np.unique(out)) <= possible
+            assert set(np.unique(status)) <= set(ttc_fast.Status)
+            ttc_fast.ittc(ranges, closing_speed=5.0, out=out)
+            assert set(np.unique(out)) <= {0.0, 1.1, 2.1, math.inf}
+    finally:
+        stop.set()
+        writer.join()
+    ranges[:] = 5.5
+    assert scan.min(ranges, 5.0) == 1.0
