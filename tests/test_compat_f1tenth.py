@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 import ttc_fast
 from ttc_fast.compat.f1tenth_gym import BeamTables, beam_tables, check_ttc_jit
 

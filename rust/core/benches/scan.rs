@@ -4,6 +4,7 @@ use criterion::{Bencher, BenchmarkId, Criterion, Throughput, criterion_group, cr
 use std::f64::consts::PI;
 use std::hint::black_box;
 use ttc_fast_core::column::{Column, ColumnMut};
+use ttc_fast_core::real::Real;
 use ttc_fast_core::scan::{Motion, Mount, Outline, ScanTtc, Settings};
 use ttc_fast_core::simd::Level;
 
@@ -41,7 +42,7 @@ fn room(settings: &Settings) -> Vec<Vec<f32>> {
             chance if chance < 0.02 => f32::NAN,
             chance if chance < 0.04 => f32::INFINITY,
             chance if chance < 0.05 => 0.005,
-            _ => along.min(2.5 / sin.abs()) as f32 + 0.02 * random(),
+            _ => f32::of(along.min(2.5 / sin.abs())) + 0.02 * random(),
         }
     };
     (0..SCANS).map(|_| settings.angles().map(&mut reading).collect()).collect()
@@ -105,7 +106,7 @@ fn nearest(b: &mut Bencher<'_>, scan: &ScanTtc, scans: &[Vec<f32>]) {
 
 fn per_beam(b: &mut Bencher<'_>, scan: &ScanTtc, scans: &[Vec<f32>]) {
     let mut out = vec![0.0_f32; scans[0].len()];
-    let mut run = |ranges: &[f32], out: &mut [f32]| {
+    let run = |ranges: &[f32], out: &mut [f32]| {
         scan.per_beam(Column::new(ranges), STRAIGHT, &mut ColumnMut::new(out), None).expect("lengths agree");
     };
     for ranges in scans {

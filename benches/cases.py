@@ -1,0 +1,108 @@
+"""What is measured: jobs of some size, and who does them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import ttc_fast
+from benches import by_numba, by_numpy, car, jobs
+from benches.contestant import Contestant
+from ttc_fast import reference
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+POOL_BYTES, POOL_SCANS = 1 << 19, 64
+"""Scans take turns, so that no branch predictor learns one by heart; together they stay near the processor."""
+
+_rooms = lru_cache(maxsize=2)(car.rooms)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A job of one size. Light: scans and contestants are made when asked for."""
+
+    job: jobs.Job
+    beams: int
+    dtype: str = "float32"
+    rows: int | None = None
+    """Of a batch."""
+
+    def __str__(self) -> str:
+        return f"{self.job.name} {self.size} {self.dtype}"
+
+    @property
+    def size(self) -> str:
+        """In beams, or scans x beams."""
+        return f"{self.beams}" if self.rows is None else f"{self.rows}x{self.beams}"
+
+    @property
+    def nbytes(self) -> int:
+        """Of the ranges that one call reads."""
+        return self.beams * (self.rows or 1) * np.dtype(self.dtype).itemsize
+
+    def pool(self) -> list[Any]:
+        """Scans, or batches of them, to be asked about in turn."""
+        calls = min(max(POOL_BYTES // self.nbytes, 2), POOL_SCANS)
+        scans = _rooms(calls * (self.rows or 1), self.beams, self.dtype)
+        return list(scans if self.rows is None else scans.reshape(calls, self.rows, self.beams))
+
+    @property
+    def names(self) -> list[str]:
+        """Of everybody who can do the job; ttc_fast first."""
+        return ["ttc_fast", "reference", "NumPy", *(["numba"] if hasattr(by_numba, self.job.function) else [])]
+
+    def contestant(self, name: str) -> Contestant:
+        """One of ``names``."""
+        call = f"{self.job.function}({self.job.arguments})"
+        match name:
+            case "ttc_fast":
+                return Contestant(name, self.job.library, self._objects(ttc_fast))
+            case "reference":
+                return Contestant(name, self.job.library, self._objects(reference))
+            case "NumPy":
+                return Contestant(name, call, self._tables(by_numpy, self.dtype))
+            case "numba":
+                return Contestant(name, call, self._tables(by_numba, "float64"))
+            case _:
+                raise ValueError(f"name must be one of {self.names}, got {name!r}")
+
+    def exact(self) -> Contestant:
+        """Gives the time of each beam, in float64."""
+        return Contestant("exact", self.job.exact, self._tables(by_numpy, "float64"))
+
+    def _objects(self, module: ModuleType) -> dict[str, Any]:
+        """The names of an expression in the library's words."""
+        shape = self.beams if self.rows is None else (self.rows, self.beams)
+        scan = module.ScanTTC(*car.place(self.beams), **car.SETTINGS)
+        return {"scan": scan, "ittc": module.ittc, "out": np.empty(shape, self.dtype), **self._motion(self.dtype)}
+
+    def _tables(self, module: ModuleType, dtype: str) -> dict[str, Any]:
+        """The names of an expression that calls a function with tables of ``dtype``."""
+        cosines, sines = car.directions(self.beams)
+        tables = {"cosines": cosines, "sines": sines, "offsets": car.offsets(self.beams)}
+        tables = {name: table.astype(dtype) for name, table in tables.items()}
+        return {**vars(module), **tables, **self._motion(dtype)}
+
+    def _motion(self, dtype: str) -> dict[str, Any]:
+        speeds = np.random.default_rng(0).uniform(0.5, 10.0, self.rows or 1)
+        return {
+            "speed": car.SPEED,
+            "speeds": speeds.astype(dtype),
+            "yaw_rate": car.YAW_RATE,
+            "sideways": car.YAW_RATE * car.MOUNT[0],
+            "closing": (car.SPEED * car.directions(self.beams)[0]).astype(self.dtype),
+        }
+
+
+CASES = [
+    *(Case(job, beams) for job in (jobs.MIN, jobs.NEAREST) for beams in (271, 1080, 4096, 65_536)),
+    *(Case(job, beams) for job in (jobs.PER_BEAM, jobs.ITTC) for beams in (271, 1080, 4096, 65_536)),
+    *(Case(jobs.TURNING, beams) for beams in (1080, 65_536)),
+    *(Case(job, 1080, "float64") for job in (jobs.MIN, jobs.NEAREST, jobs.PER_BEAM, jobs.ITTC)),
+    *(Case(job, 1080, rows=1024) for job in (jobs.MIN_BATCH, jobs.NEAREST_BATCH, jobs.PER_BEAM_BATCH)),
+]

@@ -1,0 +1,34 @@
+"""What was measured on, without saying whose it is."""
+
+from __future__ import annotations
+
+import os
+import platform
+from pathlib import Path
+
+import numba
+import numpy as np
+
+import ttc_fast
+
+
+def describe() -> dict[str, str]:
+    """Processor and versions; no host name and no path."""
+    return {
+        "processor": _processor(),
+        "level": ttc_fast.SIMD_LEVEL,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+    }
+
+
+def _processor() -> str:
+    """Its model name where the system tells, and how many there are."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    model = models[0] if models else platform.processor() or platform.machine()
+    return f"{model}, {platform.machine()}, {os.cpu_count()} cores"
