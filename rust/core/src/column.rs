@@ -151,6 +151,73 @@ impl<T: Copy> Source<T> for Dense<'_, T> {
     }
 }
 
+/// Records that begin with three numbers side by side, such as x, y, z; the fourth is whatever follows.
+#[derive(Clone, Copy, Debug)]
+pub struct Records<'a, T>(Column<'a, T>);
+
+impl<'a, T: Copy> Records<'a, T> {
+    /// Three columns as records, if that is what they are.
+    #[must_use]
+    pub fn new([first, second, third]: [Column<'a, T>; 3]) -> Option<Self> {
+        let side_by_side = |a: Column<'a, T>, b: Column<'a, T>| {
+            b.start == a.start.wrapping_add(size_of::<T>()) && b.stride == a.stride && b.len == a.len
+        };
+        let forward = first.stride >= 3 * step::<T>();
+        (side_by_side(first, second) && side_by_side(second, third) && forward).then_some(Records(first))
+    }
+
+    /// Whether `column` is the fourth number of each record, and as wide as the first three.
+    #[must_use]
+    pub fn continues_with<U>(&self, column: &Column<'a, U>) -> bool {
+        size_of::<U>() == size_of::<T>()
+            && column.start == self.0.start.wrapping_add(3 * size_of::<T>())
+            && column.stride == self.0.stride
+    }
+
+    /// How many records there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.len
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.len == 0
+    }
+
+    /// The first four numbers of `N / 4` records from `at`, which must not be the last of all: what follows its
+    /// third number may not be there to read.
+    ///
+    /// # Panics
+    /// When the records are not all before the last.
+    #[inline(always)]
+    #[must_use]
+    pub fn fours<const N: usize>(&self, at: usize) -> [T; N] {
+        self.0.check(at, N / 4 + 1);
+        let four = step::<T>() * 4;
+        if self.0.stride == four {
+            // SAFETY: records at .. at + N / 4 are before the last, just checked, and lie back to back, four numbers each.
+            return unsafe { self.0.start.add(at * size_of::<T>() * 4).cast::<[T; N]>().read_unaligned() };
+        }
+        let mut numbers = std::mem::MaybeUninit::<[T; N]>::uninit();
+        for i in 0..N / 4 {
+            // SAFETY: record at + i is not the last, and the stride is at least three numbers (checked in `new`): its
+            // fourth number ends no later than the first number of the record after it. Both are in one array. Four
+            // numbers fit at 4 * i in `numbers`, as i < N / 4.
+            unsafe {
+                let record = self.0.start.offset((at + i).cast_signed() * self.0.stride).cast::<[T; 4]>();
+                numbers.as_mut_ptr().cast::<T>().add(4 * i).cast::<[T; 4]>().write_unaligned(record.read_unaligned());
+            }
+        }
+        // SAFETY: N is a multiple of 4 (asserted at compile time below), so every number has been written.
+        unsafe {
+            const { assert!(N.is_multiple_of(4)) };
+            numbers.assume_init()
+        }
+    }
+}
+
 /// `len` numbers to be written, `stride` bytes apart, any alignment.
 #[derive(Debug)]
 pub struct ColumnMut<'a, T> {
@@ -226,6 +293,17 @@ impl<'a, T: Copy> Table<'a, T> {
     #[must_use]
     pub unsafe fn from_raw(first: Column<'a, T>, rows: usize, row_stride: isize) -> Self {
         Table { first, rows, row_stride }
+    }
+
+    /// The same numbers with as few rows as can be: one, if each row begins where the one before ends.
+    #[must_use]
+    pub fn flat(self) -> Self {
+        let row = self.first.len.cast_signed() * self.first.stride;
+        if self.rows > 1 && self.first.len > 0 && self.row_stride == row {
+            Table { first: Column { len: self.first.len * self.rows, ..self.first }, rows: 1, row_stride: 0 }
+        } else {
+            self
+        }
     }
 
     /// How many rows there are.

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::lanes::{LANES, Lanes, each};
 use crate::real::Real;
 use crate::scan::ttc;
-use crate::simd::{Kernel, Level};
+use crate::simd::{Instructions, Kernel, Level};
 use crate::status::Status;
 
 /// A rate along each beam, by either of its two signs.
@@ -115,7 +115,7 @@ impl<T: Real, S: Source<T>, V: Source<T>> Kernel for EachBeam<'_, '_, T, S, V> {
     type Output = ();
 
     #[inline(always)]
-    fn run(mut self) {
+    fn run<I: Instructions>(mut self, _: I) {
         let whole = self.ranges.len() / LANES * LANES;
         for at in (0..whole).step_by(LANES) {
             self.group(at, self.ranges.lanes(at), self.speeds.lanes(at));

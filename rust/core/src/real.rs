@@ -1,10 +1,13 @@
 //! The two number types that sensors deliver.
 
+use crate::lanes::Lanes;
+use crate::simd::Instructions;
 use std::ops::{Add, Div, Mul, Sub};
 
 /// `f32` or `f64`: what a kernel needs to know of its element type.
 pub trait Real:
     Copy
+    + std::fmt::Debug
     + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -33,6 +36,8 @@ pub trait Real:
     fn not_above(value: f64) -> Self;
     /// The same value as `f64`; always exact.
     fn wide(self) -> f64;
+    /// For each lane a bit, whether `low <= x <= high`.
+    fn within<I: Instructions>(simd: I, x: &Lanes<Self>, low: &Lanes<Self>, high: &Lanes<Self>) -> u16;
     /// Whether it is not a number.
     fn is_nan(self) -> bool;
     /// Whether `low <= self <= high`, for `0 <= low <= high`.
@@ -43,7 +48,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($($float:ident)*) => {$(
+    ($($float:ident $within:ident),*) => {$(
         impl Real for $float {
             const ZERO: Self = 0.0;
             const INFINITY: Self = $float::INFINITY;
@@ -70,6 +75,11 @@ macro_rules! real {
             }
 
             #[inline(always)]
+            fn within<I: Instructions>(simd: I, x: &Lanes<Self>, low: &Lanes<Self>, high: &Lanes<Self>) -> u16 {
+                simd.$within(x, low, high)
+            }
+
+            #[inline(always)]
             fn is_nan(self) -> bool {
                 $float::is_nan(self)
             }
@@ -83,7 +93,7 @@ macro_rules! real {
     )*};
 }
 
-real!(f32 f64);
+real!(f32 within_f32, f64 within_f64);
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,7 @@ use super::tables::Tables;
 use crate::column::{ColumnMut, Source};
 use crate::lanes::{LANES, Lanes, each, window};
 use crate::real::Real;
-use crate::simd::Kernel;
+use crate::simd::{Instructions, Kernel};
 use crate::status::Status;
 
 /// Writes one time-to-collision, and optionally one status, for each beam.
@@ -23,7 +23,7 @@ impl<T: Real, S: Source<T>> Kernel for PerBeam<'_, '_, T, S> {
     type Output = ();
 
     #[inline(always)]
-    fn run(mut self) {
+    fn run<I: Instructions>(mut self, _: I) {
         let whole = self.ranges.len() / LANES * LANES;
         for at in (0..whole).step_by(LANES) {
             self.group(at, self.ranges.lanes(at));

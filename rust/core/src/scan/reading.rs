@@ -3,7 +3,7 @@
 use super::tables::Tables;
 use crate::column::Source;
 use crate::real::Real;
-use crate::simd::Kernel;
+use crate::simd::{Instructions, Kernel};
 
 /// What a reading of -inf, an object nearer than `range_min`, counts as.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -113,7 +113,7 @@ impl<T: Real, S: Source<T>> Kernel for Census<'_, T, S> {
     type Output = Counts;
 
     #[inline(always)]
-    fn run(self) -> Counts {
+    fn run<I: Instructions>(self, _: I) -> Counts {
         let offset = self.tables.offset_below.as_slice();
         let beams = self.ranges.len();
         let mut counts = Counts::default();

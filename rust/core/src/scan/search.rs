@@ -19,7 +19,7 @@ use super::tally::{Best, Tally};
 use crate::column::Source;
 use crate::lanes::{LANES, Lanes, each, keep_least, least, window};
 use crate::real::Real;
-use crate::simd::Kernel;
+use crate::simd::{Instructions, Kernel};
 
 /// At most this many blocks, so that their bounds fit on the stack.
 const BLOCKS: usize = 64;
@@ -107,7 +107,7 @@ impl<T: Real, S: Source<T>, B: Bound<T>, V: Tally<T, S>> Kernel for Search<'_, '
     type Output = ();
 
     #[inline(always)]
-    fn run(mut self) {
+    fn run<I: Instructions>(mut self, _: I) {
         let groups = self.ranges.len().div_ceil(LANES);
         let size = groups.div_ceil(BLOCKS).next_power_of_two().max(GROUPS);
         let blocks = groups.div_ceil(size);

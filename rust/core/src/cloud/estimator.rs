@@ -1,0 +1,173 @@
+//! From the candidates to one distance.
+//!
+//! Each estimator answers the same question, how far ahead the nearest real thing is, with its own idea of which points are
+//! not real. They see candidates only as distances ahead, except for the cluster, which needs points.
+
+use super::candidates::Candidate;
+use super::cluster;
+use super::gate::Gate;
+use super::points::Points;
+use crate::error::{Error, non_negative};
+use crate::real::Real;
+
+/// How outliers are survived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Estimator {
+    /// The nearest candidate: survives nothing.
+    Minimum,
+    /// The `k`-th nearest: survives `k - 1` stray points.
+    KthSmallest(usize),
+    /// A quantile by linear interpolation, NumPy's rule; 0.5 is the median.
+    Quantile(f64),
+    /// The mean of the `k` nearest.
+    MeanOfLowest(usize),
+    /// The nearest not below Q1 - factor (Q3 - Q1), Tukey's fence.
+    InterquartileFence(f64),
+    /// The nearest with at least `points` candidates in `[x, x + gap]`, itself included.
+    Supported {
+        /// How many candidates are enough.
+        points: usize,
+        /// Within how much more distance, m.
+        gap: f64,
+    },
+    /// The nearest point of the nearest group of at least `min_points` points linked by steps of at most `tolerance`.
+    Cluster {
+        /// Longest link, m.
+        tolerance: f64,
+        /// How many points are enough.
+        min_points: usize,
+    },
+}
+
+/// A distance, and what it rests on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Estimate {
+    pub x: f64,
+    /// The point that it is, if it is one.
+    pub index: Option<u32>,
+    /// How many candidates stand behind it.
+    pub support: usize,
+}
+
+impl Estimator {
+    /// The estimator, if its settings make sense.
+    ///
+    /// # Errors
+    /// When a count is 0, a quantile is outside [0, 1], or a length or factor is negative or not finite.
+    pub fn checked(self) -> Result<Self, Error> {
+        let at_least_one = |argument, value: usize| {
+            if value >= 1 { Ok(()) } else { Err(Error::new(argument, "must be at least 1, got 0")) }
+        };
+        match self {
+            Estimator::Minimum => {}
+            Estimator::KthSmallest(k) | Estimator::MeanOfLowest(k) => at_least_one("k", k)?,
+            Estimator::Quantile(q) if (0.0..=1.0).contains(&q) => {}
+            Estimator::Quantile(q) => return Err(Error::new("q", format!("must be in [0, 1], got {q}"))),
+            Estimator::InterquartileFence(factor) => {
+                non_negative("factor", factor)?;
+            }
+            Estimator::Supported { points, gap } => {
+                at_least_one("points", points)?;
+                non_negative("gap", gap)?;
+            }
+            Estimator::Cluster { tolerance, min_points } => {
+                at_least_one("min_points", min_points)?;
+                if tolerance.is_nan() || tolerance <= 0.0 || tolerance.is_infinite() {
+                    return Err(Error::new("tolerance", format!("must be finite and above 0, got {tolerance}")));
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    /// How many of the nearest candidates it needs; all if `None`.
+    pub(super) fn wanted(self) -> Option<usize> {
+        match self {
+            Estimator::Minimum => Some(1),
+            Estimator::KthSmallest(k) | Estimator::MeanOfLowest(k) => Some(k),
+            _ => None,
+        }
+    }
+
+    /// The estimate, unless there are too few candidates for one.
+    pub(super) fn estimate<T: Real>(
+        self,
+        candidates: &mut [Candidate<T>],
+        points: &Points<'_, T>,
+        gate: &Gate,
+    ) -> Option<Estimate> {
+        match self {
+            Estimator::Minimum => kth(candidates, 1),
+            Estimator::KthSmallest(k) => kth(candidates, k),
+            Estimator::MeanOfLowest(k) => mean_of_lowest(candidates, k),
+            Estimator::Quantile(q) => {
+                let x = quantile(candidates, q)?;
+                let support = candidates.iter().filter(|candidate| candidate.x.wide() <= x).count();
+                Some(Estimate { x, index: None, support })
+            }
+            Estimator::InterquartileFence(factor) => fenced(candidates, factor),
+            Estimator::Supported { points, gap } => supported(candidates, points, gap),
+            Estimator::Cluster { tolerance, min_points } => {
+                cluster::nearest(candidates, tolerance, min_points, |candidate| {
+                    gate.oriented(points.get(candidate.index as usize)).map(T::wide)
+                })
+            }
+        }
+    }
+}
+
+/// The `k`-th nearest.
+fn kth<T: Real>(candidates: &mut [Candidate<T>], k: usize) -> Option<Estimate> {
+    if candidates.len() < k {
+        return None;
+    }
+    let (_, kth, _) = candidates.select_nth_unstable_by(k - 1, Candidate::order);
+    Some(Estimate { x: kth.x.wide(), index: Some(kth.index), support: k })
+}
+
+/// The mean of the `k` nearest, added from the nearest on.
+fn mean_of_lowest<T: Real>(candidates: &mut [Candidate<T>], k: usize) -> Option<Estimate> {
+    kth(candidates, k)?;
+    let lowest = &mut candidates[..k];
+    lowest.sort_unstable_by(Candidate::order);
+    let sum: f64 = lowest.iter().map(|candidate| candidate.x.wide()).sum();
+    Some(Estimate { x: sum / k as f64, index: None, support: k })
+}
+
+/// NumPy's linear rule: between the two order statistics around `q (n - 1)`, weighed from the nearer one.
+fn quantile<T: Real>(candidates: &mut [Candidate<T>], q: f64) -> Option<f64> {
+    let last = candidates.len().checked_sub(1)?;
+    let place = q * last as f64;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "q is in [0, 1]")]
+    let below = (place.floor() as usize).min(last);
+    let (_, low, above) = candidates.select_nth_unstable_by(below, Candidate::order);
+    let low = low.x.wide();
+    let high = above.iter().map(|candidate| candidate.x.wide()).fold(f64::INFINITY, f64::min);
+    let weight = place - below as f64;
+    if weight == 0.0 || high == low {
+        return Some(low);
+    }
+    // From whichever end is nearer, as NumPy does, so that the result never leaves the interval.
+    let difference = high - low;
+    Some(if weight >= 0.5 { high - difference * (1.0 - weight) } else { low + difference * weight })
+}
+
+/// The nearest not below the fence.
+fn fenced<T: Real>(candidates: &mut [Candidate<T>], factor: f64) -> Option<Estimate> {
+    let (first, third) = (quantile(candidates, 0.25)?, quantile(candidates, 0.75)?);
+    let fence = first - factor * (third - first);
+    let inside = || candidates.iter().filter(|candidate| candidate.x.wide() >= fence);
+    let nearest = inside().min_by(|a, b| a.order(b))?;
+    Some(Estimate { x: nearest.x.wide(), index: Some(nearest.index), support: inside().count() })
+}
+
+/// The nearest with `points` candidates within `gap` behind it.
+fn supported<T: Real>(candidates: &mut [Candidate<T>], points: usize, gap: f64) -> Option<Estimate> {
+    candidates.sort_unstable_by(Candidate::order);
+    let enough = |pair: &[Candidate<T>]| pair[points - 1].x.wide() <= pair[0].x.wide() + gap;
+    let at = candidates.windows(points).position(enough)?;
+    let nearest = candidates[at];
+    let limit = nearest.x.wide() + gap;
+    let support = candidates[at..].partition_point(|candidate| candidate.x.wide() <= limit);
+    Some(Estimate { x: nearest.x.wide(), index: Some(nearest.index), support })
+}

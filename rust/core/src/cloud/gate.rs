@@ -1,0 +1,201 @@
+//! Which points count: a corridor ahead, above the road, bright enough.
+
+use super::points::{Points, Row};
+use super::road::Road;
+use crate::error::{Error, finite};
+use crate::real::Real;
+
+/// An interval, bounds included.
+pub type Interval = (f64, f64);
+
+/// Where one of the axes forward, left and up is found: which stored column, and whether it points the other way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Axis {
+    /// 0, 1 or 2: the stored x, y or z.
+    pub column: usize,
+    /// Whether the stored axis points the other way.
+    pub flipped: bool,
+}
+
+/// Forward, left and up as stored by REP 103: x, y and z.
+pub const REP_103: [Axis; 3] =
+    [Axis { column: 0, flipped: false }, Axis { column: 1, flipped: false }, Axis { column: 2, flipped: false }];
+
+/// A box, or a bent box, bounds included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gate {
+    /// Forward, m; along the path if that is curved.
+    pub x: Interval,
+    /// Left, m; from the path if that is curved.
+    pub y: Interval,
+    /// Up, m; open if `None`.
+    pub z: Option<Interval>,
+    /// In the units stored; open if `None`.
+    pub intensity: Option<Interval>,
+    /// Where forward, left and up are stored.
+    pub axes: [Axis; 3],
+    /// Of the path, 1/m; positive bends to the left.
+    pub curvature: f64,
+    /// Height above a fitted road, m.
+    pub above: Option<(Road, Interval)>,
+}
+
+impl Default for Gate {
+    fn default() -> Self {
+        Gate {
+            x: (0.0, f64::INFINITY),
+            y: (-2.0, 2.0),
+            z: None,
+            intensity: None,
+            axes: REP_103,
+            curvature: 0.0,
+            above: None,
+        }
+    }
+}
+
+impl Gate {
+    /// The gate, if it makes sense.
+    ///
+    /// # Errors
+    /// When bounds are swapped or NaN, the curvature is not finite, or two axes use the same column.
+    pub fn checked(self) -> Result<Self, Error> {
+        interval("x", self.x)?;
+        interval("y", self.y)?;
+        self.z.map_or(Ok(()), |z| interval("z", z))?;
+        self.intensity.map_or(Ok(()), |intensity| interval("intensity", intensity))?;
+        self.above.map_or(Ok(()), |(_, height)| interval("height", height))?;
+        finite("curvature", self.curvature)?;
+        let mut columns = self.axes.map(|axis| axis.column);
+        columns.sort_unstable();
+        if columns == [0, 1, 2] {
+            Ok(self)
+        } else {
+            Err(Error::new("axes", "must name each of the stored x, y and z once"))
+        }
+    }
+
+    /// The part of the gate that is a box in the stored columns, as bounds (low, high) on x, y, z and intensity.
+    ///
+    /// Only finite coordinates are inside. A curved path has no box of its own in x and y.
+    pub(super) fn boxed<T: Real>(&self) -> ([T; 4], [T; 4]) {
+        let open = (f64::NEG_INFINITY, f64::INFINITY);
+        let [x, y] = if self.curvature == 0.0 { [self.x, self.y] } else { [open, open] };
+        let mut low = [T::ZERO - T::MAX; 4];
+        let mut high = [T::MAX; 4];
+        for (axis, (from, to)) in self.axes.iter().zip([x, y, self.z.unwrap_or(open)]) {
+            let (from, to) = if axis.flipped { (-to, -from) } else { (from, to) };
+            let clamp = |bound: T| {
+                let least = T::ZERO - T::MAX;
+                if bound > T::MAX {
+                    T::MAX
+                } else if bound < least {
+                    least
+                } else {
+                    bound
+                }
+            };
+            // An interval beyond all finite numbers must stay empty, whatever it rounds to.
+            let empty = from == f64::INFINITY || to == f64::NEG_INFINITY;
+            low[axis.column] = if empty { T::INFINITY } else { clamp(T::of(from)) };
+            high[axis.column] = clamp(T::of(to));
+        }
+        let (from, to) = self.intensity.unwrap_or(open);
+        (low[3], high[3]) = (T::of(from), T::of(to));
+        (low, high)
+    }
+
+    /// A box cut off at a distance ahead. The distance along a curved path is not in the box.
+    pub(super) fn nearer_than<T: Real>(&self, cap: T, (mut low, mut high): ([T; 4], [T; 4])) -> ([T; 4], [T; 4]) {
+        let Axis { column, flipped } = self.axes[0];
+        if self.curvature == 0.0 {
+            if flipped {
+                low[column] = if T::ZERO - cap > low[column] { T::ZERO - cap } else { low[column] };
+            } else {
+                high[column] = if cap < high[column] { cap } else { high[column] };
+            }
+        }
+        (low, high)
+    }
+
+    /// A stored point as (forward, left, up).
+    #[inline(always)]
+    pub(super) fn oriented<T: Real>(&self, stored: [T; 3]) -> [T; 3] {
+        self.axes.map(|axis| {
+            let value = stored[axis.column];
+            if axis.flipped { T::ZERO - value } else { value }
+        })
+    }
+
+    /// Distance along and offset from the path, to the left, of a point on the ground.
+    ///
+    /// A circle about (0, 1 / curvature). Written so that it is smooth as the curvature goes to 0.
+    #[inline(always)]
+    pub(super) fn along_path(&self, x: f64, y: f64) -> (f64, f64) {
+        let k = self.curvature;
+        let (forward, across) = (k * x, 1.0 - k * y);
+        let along = forward.atan2(across) / k;
+        let offset = (2.0 * y - k * (x * x + y * y)) / (1.0 + (forward * forward + across * across).sqrt());
+        (along, offset)
+    }
+}
+
+fn interval(argument: &'static str, (low, high): Interval) -> Result<(), Error> {
+    if low <= high {
+        return Ok(());
+    }
+    Err(Error::new(argument, format!("must be (low, high) with low <= high, got ({low}, {high})")))
+}
+
+/// What a box in the stored columns cannot say of a point.
+#[derive(Clone, Copy)]
+pub(super) struct Rest<'a, T> {
+    gate: &'a Gate,
+    row: Row<'a, T>,
+    intensity: Option<Interval>,
+}
+
+impl<'a, T: Real> Rest<'a, T> {
+    /// The rest of a gate. `boxed_intensity` says that the box sees to the intensity already.
+    pub(super) fn new(gate: &'a Gate, row: Row<'a, T>, boxed_intensity: bool) -> Self {
+        Rest { gate, row, intensity: gate.intensity.filter(|_| !boxed_intensity) }
+    }
+
+    /// Whether there is nothing left to ask.
+    pub(super) fn is_empty(&self) -> bool {
+        self.intensity.is_none() && self.gate.curvature == 0.0 && self.gate.above.is_none()
+    }
+
+    /// The distance ahead of point `i` of the row, which is in the box, if it is in the gate.
+    #[inline(always)]
+    pub(super) fn admit(&self, i: usize) -> Option<T> {
+        if let (Some(bounds), Some(intensity)) = (self.intensity, self.row.intensity)
+            && !intensity.within(i, bounds)
+        {
+            return None;
+        }
+        let [x, y, z] = self.gate.oriented(self.row.xyz.map(|column| column.get(i)));
+        if let Some((road, height)) = &self.gate.above
+            && !inside(road.height(x.wide(), y.wide(), z.wide()), *height)
+        {
+            return None;
+        }
+        if self.gate.curvature == 0.0 {
+            return Some(x);
+        }
+        let (along, offset) = self.gate.along_path(x.wide(), y.wide());
+        (inside(along, self.gate.x) && inside(offset, self.gate.y)).then(|| T::of(along))
+    }
+}
+
+fn inside(value: f64, (low, high): Interval) -> bool {
+    low <= value && value <= high
+}
+
+/// Refuse a gate on an intensity that the cloud lacks.
+pub(super) fn check_intensity<T: Real>(gate: &Gate, points: &Points<'_, T>) -> Result<(), Error> {
+    if gate.intensity.is_some() && !points.has_intensity() {
+        return Err(Error::new("gate", "has bounds on intensity, but the points have no intensity"));
+    }
+    Ok(())
+}

@@ -1,0 +1,88 @@
+//! The robust nearest distance ahead in a point cloud.
+//!
+//! [`points`] says how a cloud lies in memory, [`gate`] which points count, [`candidates`] finds those, [`estimator`]
+//! makes one distance of them. [`road`] fits the road that a gate may stand on.
+
+mod candidates;
+mod cluster;
+mod estimator;
+mod gate;
+mod points;
+mod road;
+
+use candidates::{Candidate, Candidates};
+pub use {
+    estimator::Estimator,
+    gate::{Axis, Gate, Interval, REP_103},
+    points::{Intensity, Points},
+    road::Road,
+};
+
+use crate::error::Error;
+use crate::real::Real;
+use crate::simd::Level;
+
+/// What was found in a cloud.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Detection {
+    /// Something is ahead, and the estimator vouches for it.
+    Found = 0,
+    /// There are valid points, and none inside the gate.
+    Clear = 1,
+    /// There are candidates, but too few for the estimator.
+    TooFew = 2,
+    /// There is no valid point at all.
+    NoData = 3,
+}
+
+/// The robust nearest distance ahead, and what it rests on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MinX {
+    /// The estimate, m. NaN when there are too few candidates or no data, infinite when clear.
+    pub x: f64,
+    /// The plain nearest candidate, m. Infinite when clear, NaN without data.
+    pub nearest_x: f64,
+    /// Points inside the gate.
+    pub candidates: usize,
+    /// How many of them stand behind the estimate.
+    pub support: usize,
+    /// The point that the estimate is, if it is one.
+    pub index: Option<u32>,
+    /// What was found.
+    pub detection: Detection,
+}
+
+/// The robust nearest distance ahead of the points inside a gate.
+///
+/// # Errors
+/// When the gate or the estimator makes no sense, or the gate bounds an intensity that the points lack.
+pub fn robust_min_x<T: Real>(
+    points: Points<'_, T>,
+    gate: &Gate,
+    estimator: Estimator,
+    level: Level,
+) -> Result<MinX, Error> {
+    let (gate, estimator) = (gate.checked()?, estimator.checked()?);
+    gate::check_intensity(&gate, &points)?;
+    let Candidates { count, mut kept, .. } = Candidates::gather(points, &gate, estimator.wanted(), level);
+    let nothing =
+        MinX { x: f64::NAN, nearest_x: f64::NAN, candidates: 0, support: 0, index: None, detection: Detection::NoData };
+    let Some(nearest) = kept.iter().copied().min_by(Candidate::order) else {
+        let clear = MinX { x: f64::INFINITY, nearest_x: f64::INFINITY, detection: Detection::Clear, ..nothing };
+        return Ok(if any_valid(&points) { clear } else { nothing });
+    };
+    let seen = MinX { nearest_x: nearest.x.wide(), candidates: count, ..nothing };
+    Ok(match estimator.estimate(&mut kept, &points, &gate) {
+        None => MinX { detection: Detection::TooFew, ..seen },
+        Some(estimator::Estimate { x, index, support }) => {
+            MinX { x, index, support, detection: Detection::Found, ..seen }
+        }
+    })
+}
+
+/// Whether the cloud holds a point at all: finite, and not the (0, 0, 0) of a driver without a return.
+fn any_valid<T: Real>(points: &Points<'_, T>) -> bool {
+    let finite = |value: T| value.wide().is_finite();
+    (0..points.len()).map(|i| points.get(i)).any(|point| point.into_iter().all(finite) && point != [T::ZERO; 3])
+}

@@ -1,0 +1,244 @@
+//! A point cloud in whatever layout its driver chose.
+
+use crate::column::{Column, Records, Source, Table};
+use crate::error::Error;
+use crate::lanes::LANES;
+use crate::real::Real;
+use crate::simd::Instructions;
+
+/// Points in somebody else's memory. Rows are the rows of an organised cloud; any other cloud has one.
+#[derive(Clone, Copy, Debug)]
+pub struct Points<'a, T> {
+    xyz: [Table<'a, T>; 3],
+    intensity: Option<Intensity<'a>>,
+}
+
+/// Intensities in the type they are stored in.
+#[derive(Clone, Copy, Debug)]
+pub enum Intensity<'a> {
+    /// One byte, as most drivers store it.
+    U8(Table<'a, u8>),
+    /// Two bytes, as for reflectivity.
+    U16(Table<'a, u16>),
+    /// float32
+    F32(Table<'a, f32>),
+    /// float64
+    F64(Table<'a, f64>),
+}
+
+impl<'a, T: Real> Points<'a, T> {
+    /// A cloud from its columns as stored, whatever they mean.
+    ///
+    /// # Errors
+    /// When the columns differ in shape, or there are more points than 32 bits can number.
+    pub fn new(xyz: [Table<'a, T>; 3], intensity: Option<Intensity<'a>>) -> Result<Self, Error> {
+        let shape = |table: &Table<'_, T>| (table.rows(), table.columns());
+        let [x, y, z] = &xyz;
+        let alike = intensity.is_none_or(|intensity| intensity.shape() == shape(x));
+        if shape(x) != shape(y) || shape(y) != shape(z) || !alike {
+            return Err(Error::new("points", "must have columns of equal shape"));
+        }
+        if u32::try_from(x.rows() * x.columns()).is_err() {
+            return Err(Error::new("points", format!("must be fewer than 2^32, got {}", x.rows() * x.columns())));
+        }
+        let flat = xyz.map(Table::flat);
+        let whole = intensity.map(Intensity::flat);
+        let same = |rows: usize| flat.iter().all(|table| table.rows() == rows);
+        if same(1) && whole.is_none_or(|intensity| intensity.shape().0 == 1) {
+            return Ok(Points { xyz: flat, intensity: whole });
+        }
+        Ok(Points { xyz, intensity })
+    }
+
+    /// How many points there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.xyz[0].rows() * self.xyz[0].columns()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether points have an intensity.
+    #[must_use]
+    pub fn has_intensity(&self) -> bool {
+        self.intensity.is_some()
+    }
+
+    /// Its rows, and the index of the first point of each.
+    pub(super) fn rows(self) -> impl Iterator<Item = (usize, Row<'a, T>)> {
+        let columns = self.xyz[0].columns();
+        (0..self.xyz[0].rows()).map(move |row| {
+            let xyz = self.xyz.map(|table| table.row(row));
+            (row * columns, Row { xyz, intensity: self.intensity.map(|intensity| intensity.row(row)) })
+        })
+    }
+
+    /// Point `i`, as stored.
+    pub(super) fn get(&self, i: usize) -> [T; 3] {
+        let columns = self.xyz[0].columns();
+        self.xyz.map(|table| table.row(i / columns).get(i % columns))
+    }
+}
+
+impl<'a> Intensity<'a> {
+    fn shape(&self) -> (usize, usize) {
+        match self {
+            Intensity::U8(table) => (table.rows(), table.columns()),
+            Intensity::U16(table) => (table.rows(), table.columns()),
+            Intensity::F32(table) => (table.rows(), table.columns()),
+            Intensity::F64(table) => (table.rows(), table.columns()),
+        }
+    }
+
+    fn flat(self) -> Self {
+        match self {
+            Intensity::U8(table) => Intensity::U8(table.flat()),
+            Intensity::U16(table) => Intensity::U16(table.flat()),
+            Intensity::F32(table) => Intensity::F32(table.flat()),
+            Intensity::F64(table) => Intensity::F64(table.flat()),
+        }
+    }
+
+    fn row(self, row: usize) -> IntensityRow<'a> {
+        match self {
+            Intensity::U8(table) => IntensityRow::U8(table.row(row)),
+            Intensity::U16(table) => IntensityRow::U16(table.row(row)),
+            Intensity::F32(table) => IntensityRow::F32(table.row(row)),
+            Intensity::F64(table) => IntensityRow::F64(table.row(row)),
+        }
+    }
+}
+
+/// One row of a cloud.
+#[derive(Clone, Copy)]
+pub(super) struct Row<'a, T> {
+    pub xyz: [Column<'a, T>; 3],
+    pub intensity: Option<IntensityRow<'a>>,
+}
+
+/// Intensities of one row.
+#[derive(Clone, Copy)]
+pub(super) enum IntensityRow<'a> {
+    U8(Column<'a, u8>),
+    U16(Column<'a, u16>),
+    F32(Column<'a, f32>),
+    F64(Column<'a, f64>),
+}
+
+impl<'a> IntensityRow<'a> {
+    /// Whether it is the fourth number of each record, in the type of the first three.
+    pub(super) fn is_fourth<T: Real>(&self, records: &Records<'a, T>) -> bool {
+        match self {
+            IntensityRow::F32(column) => records.continues_with(column),
+            IntensityRow::F64(column) => records.continues_with(column),
+            IntensityRow::U8(_) | IntensityRow::U16(_) => false,
+        }
+    }
+
+    /// Whether the intensity of point `i` lies in `[low, high]`, with bounds rounded to its own type if that is a float.
+    #[inline(always)]
+    pub(super) fn within(&self, i: usize, (low, high): (f64, f64)) -> bool {
+        let inside = |value: f64, low: f64, high: f64| low <= value && value <= high;
+        match self {
+            IntensityRow::U8(column) => inside(f64::from(column.get(i)), low, high),
+            IntensityRow::U16(column) => inside(f64::from(column.get(i)), low, high),
+            IntensityRow::F32(column) => inside(column.get(i).wide(), f32::of(low).wide(), f32::of(high).wide()),
+            IntensityRow::F64(column) => inside(column.get(i), low, high),
+        }
+    }
+}
+
+/// How the kernel reads points: several at a time, as lanes to compare with bounds.
+pub(super) trait Layout<T>: Copy {
+    /// Bounds in the arrangement of the lanes.
+    type Bounds: Copy;
+    /// Bounds on each stored column: x, y, z, and the fourth number of a record.
+    fn bounds(low: [T; 4], high: [T; 4]) -> Self::Bounds;
+    /// How many points can be read as lanes, from the first on.
+    fn whole(&self) -> usize;
+    /// A bit for each of the points `at .. at + LANES` inside the bounds on x, y and z, and if `fourth` on the fourth
+    /// number of its record too.
+    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u16;
+    /// Which point, from `at` on, a bit stands for.
+    fn place(bit: usize) -> usize;
+}
+
+/// Points whose columns lie anywhere.
+#[derive(Clone, Copy)]
+pub(super) struct Columns<S>(pub [S; 3]);
+
+impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
+    type Bounds = [[[T; LANES]; 2]; 3];
+
+    fn bounds(low: [T; 4], high: [T; 4]) -> Self::Bounds {
+        std::array::from_fn(|column| [[low[column]; LANES], [high[column]; LANES]])
+    }
+
+    #[inline(always)]
+    fn whole(&self) -> usize {
+        self.0[0].len() / LANES * LANES
+    }
+
+    #[inline(always)]
+    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, _: bool) -> u16 {
+        let [x, y, z] = &self.0;
+        let [[x_low, x_high], [y_low, y_high], [z_low, z_high]] = bounds;
+        T::within(simd, &x.lanes(at), x_low, x_high)
+            & T::within(simd, &y.lanes(at), y_low, y_high)
+            & T::within(simd, &z.lanes(at), z_low, z_high)
+    }
+
+    #[inline(always)]
+    fn place(bit: usize) -> usize {
+        bit
+    }
+}
+
+/// Points that are records: x, y and z side by side, then perhaps an intensity of the same type.
+///
+/// Sixteen numbers are four points. All are compared at once, each with the bounds of its column, and the bits of a
+/// point are folded into one.
+#[derive(Clone, Copy)]
+pub(super) struct Packed<'a, T>(pub Records<'a, T>);
+
+impl<T: Real> Layout<T> for Packed<'_, T> {
+    type Bounds = [[T; LANES]; 2];
+
+    fn bounds(low: [T; 4], high: [T; 4]) -> Self::Bounds {
+        [std::array::from_fn(|lane| low[lane % 4]), std::array::from_fn(|lane| high[lane % 4])]
+    }
+
+    #[inline(always)]
+    fn whole(&self) -> usize {
+        // The last record may end before its fourth number would.
+        self.0.len().saturating_sub(1) / LANES * LANES
+    }
+
+    #[inline(always)]
+    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u16 {
+        // Spelled out: through a closure the instructions behind `simd` would not be inlined.
+        self.inside_four(simd, at, bounds, fourth)
+            | self.inside_four(simd, at + 4, bounds, fourth) << 1
+            | self.inside_four(simd, at + 8, bounds, fourth) << 2
+            | self.inside_four(simd, at + 12, bounds, fourth) << 3
+    }
+
+    #[inline(always)]
+    fn place(bit: usize) -> usize {
+        4 * (bit % 4) + bit / 4
+    }
+}
+
+impl<T: Real> Packed<'_, T> {
+    /// A bit in each fourth place for the points `at .. at + 4`.
+    #[inline(always)]
+    fn inside_four<I: Instructions>(&self, simd: I, at: usize, [low, high]: &[[T; LANES]; 2], fourth: bool) -> u16 {
+        let bits = T::within(simd, &self.0.fours(at), low, high);
+        let bits = if fourth { bits & (bits >> 3 | !0x1111) } else { bits };
+        bits & (bits >> 1) & (bits >> 2) & 0x1111
+    }
+}

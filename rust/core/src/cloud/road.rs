@@ -1,0 +1,21 @@
+//! The road as a plane.
+
+/// A plane `z = slope_x x + slope_y y + offset` in the vehicle frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Road {
+    /// Rise per metre forward.
+    pub slope_x: f64,
+    /// Rise per metre to the left.
+    pub slope_y: f64,
+    /// Height at the origin, m; about minus the height of the sensor.
+    pub offset: f64,
+}
+
+impl Road {
+    /// Height of a point above the road, m.
+    #[inline(always)]
+    #[must_use]
+    pub fn height(&self, x: f64, y: f64, z: f64) -> f64 {
+        z - (self.slope_x * x + self.slope_y * y + self.offset)
+    }
+}
