@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import ttc_fast
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+
+import ttc_fast
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -41,7 +42,7 @@ def settings(draw: st.DrawFn, beams: int) -> dict[str, Any]:
     turn = draw(st.sampled_from([1, -1]))
     range_min = draw(st.sampled_from([0.0, 1e-42, 0.02, 0.1, 1.0]))
     return {
-        "angle_min": -turn * view / 2 + draw(st.sampled_from([0.0, 0.0, 0.3, -2.0])),
+        "angle_min": draw(st.sampled_from([0.0, -turn * view / 2, -turn * view / 2, 0.3, -2.0])),
         "angle_increment": turn * view / max(beams - 1, 1),
         "beams": beams,
         "range_min": range_min,
@@ -51,7 +52,7 @@ def settings(draw: st.DrawFn, beams: int) -> dict[str, Any]:
         "mount": draw(mounts),
         "outline": draw(st.none() | st.just(CAR) | outlines()),
         "mask": draw(masks(beams)),
-        "min_closing_speed": draw(st.sampled_from([0.01, 0.0, 1e-300, 2.0])),
+        "min_closing_speed": draw(st.sampled_from([0.01, 0.0, 0.1, 1e-300, 2.0])),
         "too_close": draw(st.sampled_from(["hit", "ignore"])),
         "no_data": draw(st.sampled_from([None, 0.0, 3.5, math.inf])),
         "minimum": draw(minima),
@@ -97,7 +98,9 @@ minima = (
     )
 )
 
-speeds = st.sampled_from([5.0, -3.0, 0.0, -0.0, 0.01, 1e-7, 5e-324, 1e-42, 1e8]) | st.floats(-60, 60) | st.floats(1, 20)
+speeds = (
+    st.sampled_from([5.0, -3.0, 0.0, -0.0, 0.01, 0.1, 1e-7, 5e-324, 1e-42, 1e8]) | st.floats(-60, 60) | st.floats(1, 20)
+)
 yaw_rates = st.sampled_from([0.0, 0.0, 2.0, -1e-12]) | st.floats(-6, 6)
 lateral_speeds = st.sampled_from([0.0, 0.0, -0.0, 0.5, 1e-300]) | st.floats(-5, 5)
 

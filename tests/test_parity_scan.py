@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-import strategies
-import ttc_fast
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
+
+import strategies
+import ttc_fast
 from strategies import CAR, Case
 from ttc_fast import reference
 
@@ -207,6 +208,41 @@ def test_a_million_beams(dtype: Any) -> None:
     noisy[rng.integers(beams, size=1000)] = rng.choice(strategies.readings(chosen, dtype), 1000)
     assert_parity(Case(chosen, noisy, (7.0, 0.4)))
     assert_parity(Case(chosen, np.full(beams, np.nan, dtype), (7.0,)))
+
+
+VOTES = [
+    ttc_fast.KthSmallest(1),
+    ttc_fast.KthSmallest(6),
+    ttc_fast.KthSmallest(150),
+    ttc_fast.NeighbourSupport(),
+    ttc_fast.NeighbourSupport(count=4, window=2, gap=0.1),
+    ttc_fast.NeighbourSupport(count=5, window=30, gap=0.02),
+    ttc_fast.NeighbourSupport(count=1, window=10**9, gap=0.0),
+]
+
+
+@pytest.mark.parametrize("minimum", VOTES, ids=repr)
+def test_votes_over_walls_with_speckles(minimum: Any) -> None:
+    rng = np.random.default_rng(7)
+    beams = 300
+    for dtype in [np.float32, np.float64] * 10:
+        walls = np.repeat(rng.uniform(1, 9, 30), beams // 30)
+        ranges = (walls + rng.normal(0, 0.05, beams)).astype(dtype)
+        ranges[rng.random(beams) < 0.1] = rng.uniform(0.3, 1)
+        scanner = {"angle_min": -2.0, "angle_increment": 4 / beams, "beams": beams, "minimum": minimum}
+        assert_parity(Case(scanner | {"mask": rng.random(beams) < 0.4}, ranges, (rng.uniform(1, 9), 0.3)))
+        assert_parity(Case(scanner | {"mount": (0.4, 0.0, 1.5), "outline": CAR}, ranges, (-3.0,)))
+
+
+@pytest.mark.parametrize("speed", [0.01, 0.1, 0.3, 2.0])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_closing_exactly_at_the_least_is_not_closing(dtype: Any, speed: float) -> None:
+    """However `speed` rounds to float32, it is compared with a limit that rounds in the same way."""
+    for scan in both({"angle_min": 0.0, "angle_increment": 0.1, "beams": 1, "min_closing_speed": speed}):
+        status = np.empty(1, np.uint8)
+        ranges = np.array([3.0], dtype)
+        assert scan.per_beam(ranges, speed, status_out=status) == math.inf
+        assert status == scan.nearest(ranges, speed).status == ttc_fast.Status.NOT_CLOSING
 
 
 def test_contact_is_not_the_best_of_the_others() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 import ttc_fast
 from ttc_fast import reference
 

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 import ttc_fast
 
 LEVELS = ["baseline", "avx2", "avx512"]

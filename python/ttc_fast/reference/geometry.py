@@ -48,7 +48,8 @@ def beam_angles(angle_min: float, angle_increment: float, beams: int) -> NDArray
 def directions(angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Cosine and sine of each angle.
 
-    By ``math``, whose functions are the C library's as in the kernels: NumPy's own differ from them in the last bit.
+    By ``math``, whose functions are the C library's as in the kernels. NumPy's own may differ from them in the last
+    bit, depending on version and processor.
     """
     each = angles.tolist()
     return np.array([math.cos(angle) for angle in each]), np.array([math.sin(angle) for angle in each])
