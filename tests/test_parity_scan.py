@@ -153,6 +153,9 @@ def test_ittc(
     specified = reference.ittc(ranges, **rates, min_closing_speed=min_closing_speed, status_out=specified_status)
     assert_same_per_beam(ttc, specified)
     np.testing.assert_array_equal(status, specified_status)
+    over = ranges.copy()
+    assert ttc_fast.ittc(over, **rates, min_closing_speed=min_closing_speed, out=over) is over
+    assert_same_per_beam(over, specified)
 
 
 # One scanner of 1080 beams over 270 degrees, for the worlds that have names.

@@ -113,7 +113,8 @@ class ScanTTC:
         unless ``no_data`` says what that means.
         """
         ranges = self._checked(ranges)
-        each = [self._one_number(self._nearest(*scan)) for scan in self._scans(ranges, speed, yaw_rate, lateral_speed)]
+        scans = self._scans(ranges, speed, yaw_rate, lateral_speed)
+        each = [self._one_number(self._nearest(*scan), index) for index, scan in enumerate(scans)]
         return each[0] if ranges.ndim == 1 else np.array(each, np.float64)
 
     def nearest(self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0) -> Nearest | NearestBatch:
@@ -203,11 +204,11 @@ class ScanTTC:
         status = np.select(list(cases.values()), list(cases), Status.INVALID)
         return time_to_collision(clearance, closing, least), status.astype(np.uint8)
 
-    def _one_number(self, nearest: Nearest) -> float:
+    def _one_number(self, nearest: Nearest, index: int) -> float:
         if nearest.status is not Status.NO_DATA:
             return nearest.ttc
         if self._no_data is None:
-            raise NoDataError("nothing valid was observed: a blind sensor is not free space")
+            raise NoDataError(f"nothing valid was observed in scan {index}: a blind sensor is not free space")
         return self._no_data
 
     def _scans(self, ranges: Floats, speed: Any, yaw_rate: Any, lateral_speed: Any) -> Iterator[tuple[Floats, Motion]]:
