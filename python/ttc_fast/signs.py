@@ -43,7 +43,7 @@ def closing_speed_from_ego_velocity(speed: ArrayLike, angle: ArrayLike) -> Any:
     >>> ttc_fast.ittc(ranges, closing_speed=ttc_fast.closing_speed_from_ego_velocity(-5.0, 0.0))
     array([inf])
     """
-    return np.multiply(np.float64(speed), np.cos(np.float64(angle)))
+    return np.asarray(speed, np.float64) * np.cos(np.asarray(angle, np.float64))
 
 
 def range_rate_from_target_velocity(velocity: ArrayLike, angle: ArrayLike) -> Any:
@@ -63,7 +63,8 @@ def range_rate_from_target_velocity(velocity: ArrayLike, angle: ArrayLike) -> An
 
     Notes
     -----
-    The course's ``r_dot = Vx cos(theta)`` read as it is written: the *target's* velocity along the beam [F1TENTH lecture].
+    The course's ``r_dot = Vx cos(theta)`` read as it is written: the *target's* velocity along the beam [F1TENTH
+    lecture].
 
     Examples
     --------
@@ -73,4 +74,4 @@ def range_rate_from_target_velocity(velocity: ArrayLike, angle: ArrayLike) -> An
     >>> ttc_fast.ittc(np.array([10.0]), range_rate=-5.0)
     array([2.])
     """
-    return np.multiply(np.float64(velocity), np.cos(np.float64(angle)))
+    return np.asarray(velocity, np.float64) * np.cos(np.asarray(angle, np.float64))

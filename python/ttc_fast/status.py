@@ -36,3 +36,23 @@ class Status(IntEnum):
     """Nothing valid was seen."""
     INVALID = 9
     """The input makes no sense."""
+
+
+class Detection(IntEnum):
+    """What ``robust_min_x`` found in a cloud.
+
+    Examples
+    --------
+    >>> from ttc_fast import Detection
+    >>> Detection(0)
+    <Detection.FOUND: 0>
+    """
+
+    FOUND = 0
+    """Something is ahead, and the estimator vouches for it."""
+    CLEAR = 1
+    """There are valid points, and none inside the gate."""
+    TOO_FEW = 2
+    """There are candidates, but too few for the estimator."""
+    NO_DATA = 3
+    """There is no valid point at all."""

@@ -7,6 +7,7 @@ pub mod column;
 mod error;
 pub mod ittc;
 pub mod lanes;
+pub mod motion;
 pub mod real;
 pub mod scan;
 pub mod simd;

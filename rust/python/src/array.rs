@@ -25,11 +25,11 @@ pub struct Floats<'py> {
     array: Bound<'py, PyUntypedArray>,
     /// One scan (1-D), or a batch of scans (2-D)?
     pub batch: bool,
-    /// Its numbers.
-    pub numbers: Numbers<'py>,
+    numbers: Numbers<'py>,
 }
 
 /// The numbers, by type.
+#[derive(Clone, Copy)]
 pub enum Numbers<'py> {
     /// float32
     Single(Table<'py, f32>),
@@ -55,6 +55,11 @@ impl Element for f64 {
     const NAME: &'static str = "float64";
 }
 
+impl Element for u16 {
+    const NUMBER: NPY_TYPES = NPY_TYPES::NPY_USHORT;
+    const NAME: &'static str = "uint16";
+}
+
 impl Element for u8 {
     const NUMBER: NPY_TYPES = NPY_TYPES::NPY_UBYTE;
     const NAME: &'static str = "uint8";
@@ -77,6 +82,11 @@ impl<'py> Floats<'py> {
             }
         };
         Ok(Floats { batch: array.ndim() == 2, numbers, array })
+    }
+
+    /// Its numbers, for as long as the array is kept.
+    pub fn numbers(&self) -> Numbers<'_> {
+        self.numbers
     }
 
     /// How many scans there are.
@@ -149,6 +159,36 @@ impl<'py> Floats<'py> {
     }
 }
 
+/// One column of points: an array of 1 dimension, or of 2 for an organised cloud.
+///
+/// # Safety
+/// The view must not outlive the array.
+pub unsafe fn grid<'a, T: Element>(array: &Bound<'_, PyUntypedArray>) -> Option<Table<'a, T>> {
+    let header = header("points", array).ok()?;
+    // SAFETY: the type is checked; the header describes the array's own memory, which the caller outlives.
+    holds::<T>(array).then(|| unsafe { header.table() })
+}
+
+/// The first `C` columns of points: an array of 2 dimensions (points, columns), or of 3 for an organised cloud.
+///
+/// # Safety
+/// The view must not outlive the array.
+pub unsafe fn columns<'a, T: Element, const C: usize>(array: &Bound<'_, PyUntypedArray>) -> Option<[Table<'a, T>; C]> {
+    let (rows, row_stride, points, stride, width, step) = match (array.shape(), array.strides()) {
+        (&[points, width], &[stride, step]) => (1, 0, points, stride, width, step),
+        (&[rows, points, width], &[row_stride, stride, step]) => (rows, row_stride, points, stride, width, step),
+        _ => return None,
+    };
+    (holds::<T>(array) && width >= C).then(|| {
+        std::array::from_fn(|column| {
+            let start = data(array).wrapping_offset(column.cast_signed() * step);
+            // SAFETY: the type is checked, and column < C <= width: these are elements of the array, which the caller
+            // outlives.
+            unsafe { Header { start, rows, columns: points, row_stride, stride }.table() }
+        })
+    })
+}
+
 impl Header {
     /// # Safety
     /// The memory must hold numbers of type `T` and outlive `'py`.
@@ -213,12 +253,12 @@ fn holds<T: Element>(array: &Bound<'_, PyUntypedArray>) -> bool {
     number == T::NUMBER as i32 && order != foreign
 }
 
-fn type_name(object: &Bound<'_, PyAny>) -> String {
+pub fn type_name(object: &Bound<'_, PyAny>) -> String {
     object.get_type().name().map_or_else(|_| String::from("an object"), |name| name.to_string())
 }
 
 /// Says which dtype was met, and how to get one that works.
-fn wrong_dtype(argument: &str, array: &Bound<'_, PyUntypedArray>) -> PyErr {
+pub fn wrong_dtype(argument: &str, array: &Bound<'_, PyUntypedArray>) -> PyErr {
     let dtype = array.dtype();
     let kind = dtype.getattr("kind").and_then(|kind| kind.extract::<char>()).unwrap_or('?');
     let size = dtype.getattr("itemsize").and_then(|size| size.extract::<usize>()).unwrap_or(0);

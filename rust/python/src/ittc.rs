@@ -88,23 +88,17 @@ pub fn ittc<'py>(
     let status = status_out.map(|array| ranges.output::<u8>("status_out", array)).transpose()?;
     let out = out.map_or_else(|| ranges.empty_like(ranges.dtype()), |out| Ok(out.clone()))?;
     let job = (rate, min_closing_speed, status);
-    match (&ranges.numbers, &speeds) {
-        (Numbers::Single(table), Speed::Same(speed)) => {
-            let speeds = |_| Speeds::Same(f32::of(*speed));
-            run(py, table, speeds, job, ranges.output("out", &out)?)?;
+    let wrong_dtype = || PyTypeError::new_err(format!("{name} must have the dtype of ranges, {}", ranges.dtype()));
+    match ranges.numbers() {
+        Numbers::Single(table) => {
+            let speeds =
+                speeds.table(|numbers| if let Numbers::Single(speeds) = numbers { Some(speeds) } else { None });
+            run(py, &table, &speeds.ok_or_else(wrong_dtype)?, job, ranges.output("out", &out)?)?;
         }
-        (Numbers::Double(table), Speed::Same(speed)) => {
-            run(py, table, |_| Speeds::Same(*speed), job, ranges.output("out", &out)?)?;
-        }
-        (Numbers::Single(table), Speed::Each(Floats { numbers: Numbers::Single(speeds), .. })) => {
-            run(py, table, |row| Speeds::Each(speeds.row(row)), job, ranges.output("out", &out)?)?;
-        }
-        (Numbers::Double(table), Speed::Each(Floats { numbers: Numbers::Double(speeds), .. })) => {
-            run(py, table, |row| Speeds::Each(speeds.row(row)), job, ranges.output("out", &out)?)?;
-        }
-        _ => {
-            let dtype = ranges.dtype();
-            return Err(PyTypeError::new_err(format!("{name} must have the dtype of ranges, {dtype}")));
+        Numbers::Double(table) => {
+            let speeds =
+                speeds.table(|numbers| if let Numbers::Double(speeds) = numbers { Some(speeds) } else { None });
+            run(py, &table, &speeds.ok_or_else(wrong_dtype)?, job, ranges.output("out", &out)?)?;
         }
     }
     Ok(out)
@@ -133,21 +127,44 @@ impl<'py> Speed<'py> {
         }
         Ok(Speed::Each(speeds))
     }
+
+    /// The rate in the type of the ranges, unless the array is of another.
+    fn table<'a, T: Real>(&'a self, of_type: impl Fn(Numbers<'a>) -> Option<Table<'a, T>>) -> Option<Rates<'a, T>> {
+        match self {
+            Speed::Same(speed) => Some(Rates::Same(T::of(*speed))),
+            Speed::Each(speeds) => of_type(speeds.numbers()).map(Rates::Each),
+        }
+    }
+}
+
+/// A rate in the type of the ranges.
+enum Rates<'a, T> {
+    Same(T),
+    Each(Table<'a, T>),
+}
+
+impl<T: Real> Rates<'_, T> {
+    fn row(&self, row: usize) -> Speeds<'_, T> {
+        match self {
+            Rates::Same(speed) => Speeds::Same(*speed),
+            Rates::Each(table) => Speeds::Each(table.row(row)),
+        }
+    }
 }
 
 type Job<'a, 'py> = (Rate<&'a Bound<'py, PyAny>>, f64, Option<TableMut<'py, u8>>);
 
-fn run<'s, T: Real>(
+fn run<T: Real>(
     py: Python<'_>,
     ranges: &Table<'_, T>,
-    speeds: impl Fn(usize) -> Speeds<'s, T> + Sync + Send,
+    speeds: &Rates<'_, T>,
     (rate, min_closing_speed, mut status): Job<'_, '_>,
     mut out: TableMut<'_, T>,
 ) -> PyResult<()> {
     let closing = matches!(rate, Rate::ClosingSpeed(_));
     let mut work = move || {
         for row in 0..ranges.rows() {
-            let speeds = speeds(row);
+            let speeds = speeds.row(row);
             let rate = if closing { Rate::ClosingSpeed(speeds) } else { Rate::RangeRate(speeds) };
             let mut status: Option<ColumnMut<'_, u8>> = status.as_mut().map(|status| status.row(row));
             let least = T::of(min_closing_speed);

@@ -3,12 +3,18 @@
 #![allow(clippy::doc_markdown, reason = "docstrings for Python users are numpydoc, not rustdoc")]
 
 mod array;
+mod cloud;
+mod enums;
 mod errors;
+mod estimator;
+mod gate;
 mod ittc;
 mod level;
 mod minimum;
 mod motion;
 mod nearest;
+mod points;
+mod road;
 mod scan;
 
 use pyo3::prelude::*;
@@ -18,7 +24,6 @@ use pyo3::prelude::*;
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("SIMD_LEVEL", level::choose()?)?;
     m.add("NoDataError", m.py().get_type::<errors::NoDataError>())?;
-    m.add_class::<minimum::KthSmallest>()?;
     m.add_class::<minimum::NeighbourSupport>()?;
     m.add_class::<nearest::Counts>()?;
     m.add_class::<nearest::CountsBatch>()?;
@@ -26,5 +31,19 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<nearest::NearestBatch>()?;
     m.add_class::<scan::ScanTTC>()?;
     m.add_function(wrap_pyfunction!(ittc::ittc, m)?)?;
+    m.add_class::<estimator::Minimum>()?;
+    m.add_class::<estimator::KthSmallest>()?;
+    m.add_class::<estimator::Quantile>()?;
+    m.add_class::<estimator::MeanOfLowest>()?;
+    m.add_class::<estimator::InterquartileFence>()?;
+    m.add_class::<estimator::Supported>()?;
+    m.add_class::<estimator::Cluster>()?;
+    m.add_class::<gate::Gate>()?;
+    m.add_class::<road::Road>()?;
+    m.add_class::<cloud::MinX>()?;
+    m.add_class::<cloud::CloudTTC>()?;
+    m.add_function(wrap_pyfunction!(cloud::robust_min_x, m)?)?;
+    m.add_function(wrap_pyfunction!(cloud::ttc_from_distances, m)?)?;
+    m.add_function(wrap_pyfunction!(cloud::ttc_from_clouds, m)?)?;
     Ok(())
 }

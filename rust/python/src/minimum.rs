@@ -1,56 +1,9 @@
-//! How a speckle is outvoted, as Python objects.
+//! How a speckle in a scan is outvoted, as Python objects.
 
+use crate::estimator::KthSmallest;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use ttc_fast_core::scan::{Minimum, Neighbours};
-
-/// The ``k``-th smallest value: up to ``k - 1`` outliers cannot decide.
-///
-/// As ``ScanTTC(minimum=...)``, the ``k``-th smallest time-to-collision of a scan.
-///
-/// Parameters
-/// ----------
-/// k : int
-///     From 1, which is the plain minimum.
-///
-/// Raises
-/// ------
-/// ValueError
-///     If ``k`` is below 1.
-///
-/// Examples
-/// --------
-/// >>> import numpy as np, ttc_fast
-/// >>> ranges = np.array([9.0, 0.5, 8.0, 10.0])          # 0.5 is a speckle
-/// >>> scan = ttc_fast.ScanTTC(0.0, 1e-3, 4, minimum=ttc_fast.KthSmallest(2))
-/// >>> round(scan.min(ranges, 4.0), 3)
-/// 2.0
-#[pyclass(frozen, eq, hash, module = "ttc_fast")]
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub struct KthSmallest {
-    #[pyo3(get)]
-    k: usize,
-}
-
-#[pymethods]
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "Python hands methods a reference")]
-impl KthSmallest {
-    #[new]
-    fn new(k: i64) -> PyResult<Self> {
-        match usize::try_from(k) {
-            Ok(k) if k >= 1 => Ok(KthSmallest { k }),
-            _ => Err(PyValueError::new_err(format!("k must be at least 1, got {k}"))),
-        }
-    }
-
-    fn __repr__(&self) -> String {
-        format!("KthSmallest(k={})", self.k)
-    }
-
-    fn __getnewargs__(&self) -> (usize,) {
-        (self.k,)
-    }
-}
 
 /// The least time-to-collision among beams that their neighbours support.
 ///
@@ -115,7 +68,7 @@ impl NeighbourSupport {
 /// `ScanTTC(minimum=...)`.
 pub fn minimum(object: &Bound<'_, PyAny>) -> PyResult<Minimum> {
     if let Ok(kth) = object.cast::<KthSmallest>() {
-        Ok(Minimum::KthSmallest(kth.get().k))
+        Ok(Minimum::KthSmallest(kth.get().k()))
     } else if let Ok(support) = object.cast::<NeighbourSupport>() {
         let NeighbourSupport { count, window, gap } = *support.get();
         Ok(Minimum::Neighbours(Neighbours { count, window, gap }))

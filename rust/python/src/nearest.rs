@@ -1,20 +1,10 @@
 //! What `ScanTTC.nearest` gives, for one scan and for a batch.
 
+use crate::enums;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use std::sync::Arc;
-use ttc_fast_core::{Status, scan};
-
-/// The Python `Status` for a status of the core.
-fn python_status(py: Python<'_>, status: Status) -> PyResult<Bound<'_, PyAny>> {
-    static MEMBERS: PyOnceLock<Vec<Py<PyAny>>> = PyOnceLock::new();
-    let members = MEMBERS.get_or_try_init(py, || {
-        let kind = py.import("ttc_fast.status")?.getattr("Status")?;
-        kind.try_iter()?.map(|member| Ok(member?.unbind())).collect::<PyResult<_>>()
-    })?;
-    Ok(members[status as usize].bind(py).clone())
-}
+use ttc_fast_core::scan;
 
 fn index(beam: Option<usize>) -> i64 {
     beam.map_or(-1, |beam| i64::try_from(beam).unwrap_or(-1))
@@ -112,7 +102,7 @@ impl Nearest {
 
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        python_status(py, self.0.status)
+        enums::status(py, self.0.status)
     }
 
     #[getter]

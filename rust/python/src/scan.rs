@@ -249,13 +249,13 @@ impl ScanTTC {
         let motion = MotionArguments { speed, yaw_rate, lateral_speed };
         let ranges = Floats::view("ranges", ranges)?;
         if ranges.batch {
-            return match &ranges.numbers {
-                Numbers::Single(table) => self.min_each(py, table, &motion),
-                Numbers::Double(table) => self.min_each(py, table, &motion),
+            return match ranges.numbers() {
+                Numbers::Single(table) => self.min_each(py, &table, &motion),
+                Numbers::Double(table) => self.min_each(py, &table, &motion),
             };
         }
         let motion = motion.one()?;
-        let ttc = match &ranges.numbers {
+        let ttc = match ranges.numbers() {
             Numbers::Single(table) => self.min_one(py, table.row(0), motion),
             Numbers::Double(table) => self.min_one(py, table.row(0), motion),
         }?;
@@ -301,14 +301,14 @@ impl ScanTTC {
         let motion = MotionArguments { speed, yaw_rate, lateral_speed };
         let ranges = Floats::view("ranges", ranges)?;
         if ranges.batch {
-            let each = match &ranges.numbers {
-                Numbers::Single(table) => self.nearest_each(py, table, &motion)?,
-                Numbers::Double(table) => self.nearest_each(py, table, &motion)?,
+            let each = match ranges.numbers() {
+                Numbers::Single(table) => self.nearest_each(py, &table, &motion)?,
+                Numbers::Double(table) => self.nearest_each(py, &table, &motion)?,
             };
             return Ok(Bound::new(py, NearestBatch(each))?.into_any());
         }
         let motion = motion.one()?;
-        let nearest = match &ranges.numbers {
+        let nearest = match ranges.numbers() {
             Numbers::Single(table) => self.nearest_one(py, table.row(0), motion),
             Numbers::Double(table) => self.nearest_one(py, table.row(0), motion),
         }?;
@@ -366,9 +366,9 @@ impl ScanTTC {
         let motions = if ranges.batch { motion.each(ranges.rows())? } else { Motions::from(motion.one()?) };
         let out = out.map_or_else(|| ranges.empty_like(ranges.dtype()), |out| Ok(out.clone()))?;
         let status = status_out.map(|array| ranges.output::<u8>("status_out", array)).transpose()?;
-        match &ranges.numbers {
-            Numbers::Single(table) => self.per_beam_each(py, table, &motions, ranges.output("out", &out)?, status)?,
-            Numbers::Double(table) => self.per_beam_each(py, table, &motions, ranges.output("out", &out)?, status)?,
+        match ranges.numbers() {
+            Numbers::Single(table) => self.per_beam_each(py, &table, &motions, ranges.output("out", &out)?, status)?,
+            Numbers::Double(table) => self.per_beam_each(py, &table, &motions, ranges.output("out", &out)?, status)?,
         }
         Ok(out)
     }

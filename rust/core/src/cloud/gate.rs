@@ -75,6 +75,12 @@ impl Gate {
         }
     }
 
+    /// Bounds on z that are heights above a flat road, for a sensor `sensor_height` above it.
+    #[must_use]
+    pub fn height_band(sensor_height: f64, clearance: f64, headroom: f64) -> Interval {
+        (clearance - sensor_height, headroom - sensor_height)
+    }
+
     /// The part of the gate that is a box in the stored columns, as bounds (low, high) on x, y, z and intensity.
     ///
     /// Only finite coordinates are inside. A curved path has no box of its own in x and y.

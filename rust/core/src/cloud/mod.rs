@@ -1,7 +1,8 @@
 //! The robust nearest distance ahead in a point cloud.
 //!
 //! [`points`] says how a cloud lies in memory, [`gate`] which points count, [`candidates`] finds those, [`estimator`]
-//! makes one distance of them. [`road`] fits the road that a gate may stand on.
+//! makes one distance of them, [`shrinking`]
+//! a time of two. [`road`] is what a gate may stand on.
 
 mod candidates;
 mod cluster;
@@ -9,6 +10,7 @@ mod estimator;
 mod gate;
 mod points;
 mod road;
+mod shrinking;
 
 use candidates::{Candidate, Candidates};
 pub use {
@@ -16,6 +18,7 @@ pub use {
     gate::{Axis, Gate, Interval, REP_103},
     points::{Intensity, Points},
     road::Road,
+    shrinking::{CloudTtc, ttc_from_clouds},
 };
 
 use crate::error::Error;

@@ -1,5 +1,7 @@
 //! The road as a plane.
 
+use crate::error::{Error, finite};
+
 /// A plane `z = slope_x x + slope_y y + offset` in the vehicle frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Road {
@@ -12,6 +14,17 @@ pub struct Road {
 }
 
 impl Road {
+    /// The road, if its numbers are finite.
+    ///
+    /// # Errors
+    /// When one is not.
+    pub fn checked(self) -> Result<Self, Error> {
+        finite("slope_x", self.slope_x)?;
+        finite("slope_y", self.slope_y)?;
+        finite("offset", self.offset)?;
+        Ok(self)
+    }
+
     /// Height of a point above the road, m.
     #[inline(always)]
     #[must_use]

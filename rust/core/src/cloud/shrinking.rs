@@ -1,0 +1,77 @@
+//! Time-to-collision from how the nearest distance shrinks between two clouds.
+
+use super::estimator::Estimator;
+use super::gate::Gate;
+use super::points::Points;
+use super::{Detection, MinX, robust_min_x};
+use crate::error::{Error, finite};
+use crate::motion::{checked_dt, ttc_from_distances};
+use crate::real::Real;
+use crate::simd::Level;
+use crate::status::Status;
+
+/// Time-to-collision from two clouds, and what it rests on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CloudTtc {
+    /// s; infinite where nothing closes or too little is known.
+    pub ttc: f64,
+    /// What it means.
+    pub status: Status,
+    /// From the bumper to the nearest thing in the current cloud, m. Infinite when clear, NaN without data.
+    pub distance: f64,
+    /// m/s, positive when approaching. NaN unless both clouds show a distance.
+    pub closing_speed: f64,
+    /// What was found in the earlier cloud.
+    pub previous: MinX,
+    /// What was found in the later cloud.
+    pub current: MinX,
+}
+
+/// Time-to-collision by two clouds taken `dt` seconds apart.
+///
+/// Where either cloud has too few points for the estimator, both are taken at their plain nearest, and the status says so.
+///
+/// # Errors
+/// As [`robust_min_x`], and when `dt` is not a time or the offset not a number.
+pub fn ttc_from_clouds<T: Real>(
+    [previous, current]: [Points<'_, T>; 2],
+    dt: f64,
+    gate: &Gate,
+    estimator: Estimator,
+    front_offset: f64,
+    level: Level,
+) -> Result<CloudTtc, Error> {
+    checked_dt(dt)?;
+    finite("front_offset", front_offset)?;
+    let previous = robust_min_x(previous, gate, estimator, level)?;
+    let current = robust_min_x(current, gate, estimator, level)?;
+    let too_few = [&previous, &current].iter().any(|seen| seen.detection == Detection::TooFew);
+    let distance = |seen: &MinX| if too_few { seen.nearest_x } else { seen.x } - front_offset;
+    let (before, now) = (distance(&previous), distance(&current));
+    let seen = CloudTtc {
+        ttc: f64::INFINITY,
+        status: Status::Clear,
+        distance: now,
+        closing_speed: f64::NAN,
+        previous,
+        current,
+    };
+    Ok(match current.detection {
+        Detection::NoData => CloudTtc { status: Status::NoData, ..seen },
+        Detection::Clear => seen,
+        Detection::Found | Detection::TooFew if !before.is_finite() => CloudTtc { status: Status::WarmingUp, ..seen },
+        Detection::Found | Detection::TooFew => {
+            let ttc = ttc_from_distances(before, now, dt)?;
+            let status = if now <= 0.0 {
+                Status::Contact
+            } else if too_few {
+                Status::TooFew
+            } else if ttc < f64::INFINITY {
+                Status::Closing
+            } else {
+                Status::NotClosing
+            };
+            CloudTtc { ttc, status, closing_speed: (before - now) / dt, ..seen }
+        }
+    })
+}

@@ -1,0 +1,296 @@
+//! The cloud functions and their results.
+
+use crate::errors::value_error;
+use crate::estimator::estimator;
+use crate::gate::gate;
+use crate::points::{AnyPoints, Cloud};
+use crate::{enums, level};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use ttc_fast_core::cloud::{self, Estimator};
+
+/// The robust nearest distance ahead, and what it rests on.
+///
+/// Attributes
+/// ----------
+/// x : float
+///     The estimate, m. NaN when there are too few candidates or no data, inf when clear.
+/// nearest_x : float
+///     The plain nearest candidate, m. inf when clear, NaN without data.
+/// candidates : int
+///     Points inside the gate.
+/// support : int
+///     How many of them stand behind the estimate.
+/// index : int
+///     Which point the estimate is, counting rows of points in order; -1 where it is no single one.
+/// detection : Detection
+///     FOUND, CLEAR, TOO_FEW or NO_DATA.
+#[pyclass(frozen, module = "ttc_fast")]
+pub struct MinX(cloud::MinX);
+
+#[pymethods]
+impl MinX {
+    #[getter]
+    fn x(&self) -> f64 {
+        self.0.x
+    }
+
+    #[getter]
+    fn nearest_x(&self) -> f64 {
+        self.0.nearest_x
+    }
+
+    #[getter]
+    fn candidates(&self) -> usize {
+        self.0.candidates
+    }
+
+    #[getter]
+    fn support(&self) -> usize {
+        self.0.support
+    }
+
+    #[getter]
+    fn index(&self) -> i64 {
+        self.0.index.map_or(-1, i64::from)
+    }
+
+    #[getter]
+    fn detection<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        enums::detection(py, self.0.detection)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let cloud::MinX { x, nearest_x, candidates, support, .. } = self.0;
+        let detection = self.detection(py)?.getattr("name")?;
+        let index = self.index();
+        Ok(format!(
+            "MinX(x={x:.4}, nearest_x={nearest_x:.4}, candidates={candidates}, support={support}, index={index}, \
+             detection={detection})"
+        ))
+    }
+}
+
+/// Time-to-collision from two clouds, and what it rests on.
+///
+/// Attributes
+/// ----------
+/// ttc : float
+///     s, in [0, inf]; inf where nothing closes or too little is known.
+/// status : Status
+///     CLEAR: nothing in the gate. NOT_CLOSING, CLOSING. CONTACT: the distance is 0 or below. TOO_FEW: the plain nearest
+///     points were used, because the estimator had too few. WARMING_UP: something is there that the earlier cloud did not
+///     show. NO_DATA: the current cloud holds no valid point.
+/// distance : float
+///     From the bumper to the nearest thing in the current cloud, m. inf when clear, NaN without data.
+/// closing_speed : float
+///     m/s, positive when approaching. NaN unless both clouds show a distance.
+/// previous, current : MinX
+///     What was found in each.
+#[pyclass(frozen, module = "ttc_fast")]
+pub struct CloudTTC(cloud::CloudTtc);
+
+#[pymethods]
+impl CloudTTC {
+    #[getter]
+    fn ttc(&self) -> f64 {
+        self.0.ttc
+    }
+
+    #[getter]
+    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        enums::status(py, self.0.status)
+    }
+
+    #[getter]
+    fn distance(&self) -> f64 {
+        self.0.distance
+    }
+
+    #[getter]
+    fn closing_speed(&self) -> f64 {
+        self.0.closing_speed
+    }
+
+    #[getter]
+    fn previous(&self) -> MinX {
+        MinX(self.0.previous)
+    }
+
+    #[getter]
+    fn current(&self) -> MinX {
+        MinX(self.0.current)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let cloud::CloudTtc { ttc, distance, closing_speed, .. } = self.0;
+        let status = self.status(py)?.getattr("name")?;
+        Ok(format!("CloudTTC(ttc={ttc:.4}, status={status}, distance={distance:.4}, closing_speed={closing_speed:.4})"))
+    }
+}
+
+/// The robust nearest distance ahead of the points inside a gate.
+///
+/// Parameters
+/// ----------
+/// points : ndarray or tuple of ndarray
+///     float32 or float64 coordinates, read in place whatever the stride and alignment: rows (N, 3) or wider, whose fourth
+///     column is the intensity; (H, W, 3) or wider for an organised cloud; a record array with fields x, y, z and perhaps
+///     intensity (uint8, uint16, float32 or float64); or a tuple of columns (x, y, z) or (x, y, z, intensity).
+///     ``from_pointcloud2`` reads a ROS message. Rows with a non-finite coordinate, and rows exactly (0, 0, 0), never count.
+/// gate : Gate, optional
+///     Which points count; by default ``Gate()``, a lane 4 m wide.
+/// estimator : estimator object, optional
+///     How outliers are survived; by default ``KthSmallest(10)``.
+///
+/// Returns
+/// -------
+/// MinX
+///     ``x``, ``nearest_x``, ``candidates``, ``support``, ``index`` and ``detection``.
+///
+/// Raises
+/// ------
+/// TypeError
+///     If the points have another dtype, or an object is of the wrong kind.
+/// ValueError
+///     If the points have another shape, or the gate bounds an intensity that they lack.
+///
+/// Notes
+/// -----
+/// Ties go to the lowest index. Another thread that writes to the points meanwhile may give a mix of two clouds, never a
+/// read out of bounds.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, ttc_fast
+/// >>> points = np.array([[3.0, 0.0, 0.5], [8.0, 0.1, 0.5], [8.1, 0.2, 0.5], [9.0, 5.0, 0.5]])
+/// >>> ttc_fast.robust_min_x(points, estimator=ttc_fast.KthSmallest(2))
+/// MinX(x=8.0000, nearest_x=3.0000, candidates=3, support=2, index=1, detection=FOUND)
+#[pyfunction]
+#[pyo3(signature = (points, *, gate=None, estimator=None))]
+pub fn robust_min_x(
+    py: Python<'_>,
+    points: &Bound<'_, PyAny>,
+    gate: Option<&Bound<'_, PyAny>>,
+    estimator: Option<&Bound<'_, PyAny>>,
+) -> PyResult<MinX> {
+    let (gate, estimator) = (self::gate(gate)?, estimator_or_default(estimator)?);
+    let cloud = Cloud::view("points", points)?;
+    let points = cloud.points();
+    let found = release(py, points.len(), || match points {
+        AnyPoints::Single(points) => cloud::robust_min_x(points, &gate, estimator, level::current()),
+        AnyPoints::Double(points) => cloud::robust_min_x(points, &gate, estimator, level::current()),
+    });
+    found.map(MinX).map_err(value_error)
+}
+
+/// Time-to-collision by two distances ``dt`` seconds apart, if the gap goes on shrinking as it did.
+///
+/// Parameters
+/// ----------
+/// previous, current : float
+///     Distances to contact, m; 0 or below is contact.
+/// dt : float
+///     Time between them, s, from their stamps.
+///
+/// Returns
+/// -------
+/// float
+///     ``current dt / (previous - current)``, s; inf when the gap does not shrink, 0 in contact while it shrinks.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If a distance is not finite, or ``dt`` is not above 0 and finite.
+///
+/// Notes
+/// -----
+/// The constant-velocity model: TTC = d1 dt / (d0 - d1).
+///
+/// Examples
+/// --------
+/// >>> import ttc_fast
+/// >>> round(ttc_fast.ttc_from_distances(10.0, 9.5, 0.1), 6)
+/// 1.9
+#[pyfunction]
+pub fn ttc_from_distances(previous: f64, current: f64, dt: f64) -> PyResult<f64> {
+    ttc_fast_core::motion::ttc_from_distances(previous, current, dt).map_err(value_error)
+}
+
+/// Time-to-collision by two clouds taken ``dt`` seconds apart, from how the robust nearest distance shrinks.
+///
+/// Two frames give a noisy speed: a tracker over several frames is the better base for a decision.
+///
+/// Parameters
+/// ----------
+/// previous, current : ndarray or tuple of ndarray
+///     Points as for ``robust_min_x``, of the same dtype.
+/// dt : float
+///     Time between them, s, from their stamps.
+/// gate : Gate, optional
+///     Which points count; by default ``Gate()``.
+/// estimator : estimator object, optional
+///     How outliers are survived; by default ``KthSmallest(10)``.
+/// front_offset : float
+///     From the sensor to the bumper, m.
+///
+/// Returns
+/// -------
+/// CloudTTC
+///     ``ttc``, ``status``, ``distance``, ``closing_speed``, and what was found in each cloud.
+///
+/// Raises
+/// ------
+/// TypeError, ValueError
+///     As ``robust_min_x``; also if ``dt`` is not above 0 and finite, or the dtypes differ.
+///
+/// Notes
+/// -----
+/// The constant-velocity model: TTC = d1 dt / (d0 - d1).
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, ttc_fast
+/// >>> car = np.array([[10.0, 0.0, 0.5], [10.2, 0.1, 0.5], [10.1, -0.4, 0.6]])
+/// >>> seen = ttc_fast.ttc_from_clouds(car, car - [0.5, 0, 0], 0.1, estimator=ttc_fast.Minimum())
+/// >>> round(seen.ttc, 6), seen.status.name, round(seen.closing_speed, 6)
+/// (1.9, 'CLOSING', 5.0)
+#[pyfunction]
+#[pyo3(signature = (previous, current, dt, *, gate=None, estimator=None, front_offset=0.0))]
+pub fn ttc_from_clouds(
+    py: Python<'_>,
+    previous: &Bound<'_, PyAny>,
+    current: &Bound<'_, PyAny>,
+    dt: f64,
+    gate: Option<&Bound<'_, PyAny>>,
+    estimator: Option<&Bound<'_, PyAny>>,
+    front_offset: f64,
+) -> PyResult<CloudTTC> {
+    let (gate, estimator) = (self::gate(gate)?, estimator_or_default(estimator)?);
+    let (previous, current) = (Cloud::view("previous", previous)?, Cloud::view("current", current)?);
+    let clouds = (previous.points(), current.points());
+    let level = level::current();
+    let found = release(py, clouds.0.len() + clouds.1.len(), || match clouds {
+        (AnyPoints::Single(previous), AnyPoints::Single(current)) => {
+            Some(cloud::ttc_from_clouds([previous, current], dt, &gate, estimator, front_offset, level))
+        }
+        (AnyPoints::Double(previous), AnyPoints::Double(current)) => {
+            Some(cloud::ttc_from_clouds([previous, current], dt, &gate, estimator, front_offset, level))
+        }
+        _ => None,
+    });
+    let found = found.ok_or_else(|| PyTypeError::new_err("previous and current must have the same dtype"))?;
+    found.map(CloudTTC).map_err(value_error)
+}
+
+fn estimator_or_default(object: Option<&Bound<'_, PyAny>>) -> PyResult<Estimator> {
+    object.map_or(Ok(Estimator::KthSmallest(10)), estimator)
+}
+
+/// Work on fewer points than this is over before releasing the GIL pays.
+const WORTH_RELEASING: usize = 1 << 14;
+
+/// Run `work`, without the GIL if it is long.
+fn release<R: Send>(py: Python<'_>, points: usize, work: impl FnOnce() -> R + Send) -> R {
+    if points >= WORTH_RELEASING { py.detach(work) } else { work() }
+}
