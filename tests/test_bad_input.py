@@ -382,6 +382,8 @@ def test_k_that_is_no_integer(k: Any) -> None:
         ("count", {"count": 5, "window": 2}),
         ("count", {"window": 0}),
         ("window", {"window": -1}),
+        ("window", {"window": 129}),
+        ("window", {"window": 2**63 - 1}),
         ("gap", {"gap": -0.1}),
         ("gap", {"gap": math.nan}),
         ("gap", {"gap": math.inf}),
@@ -397,7 +399,7 @@ def test_more_votes_or_neighbours_than_beams() -> None:
     for k in (BEAMS + 1, 2**31, 2**63 - 1):
         nearest = ScanTTC(-0.1, 0.1, BEAMS, minimum=KthSmallest(k)).nearest(RANGES, 5.0)
         assert (nearest.status, nearest.beam) == (Status.TOO_FEW, 1)
-    wide = NeighbourSupport(count=2, window=2**63 - 1)
+    wide = NeighbourSupport(count=2, window=128)
     assert ScanTTC(-0.1, 0.1, BEAMS, minimum=wide).nearest(RANGES, 5.0).status is Status.CLOSING
 
 

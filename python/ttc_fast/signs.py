@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
 
 def closing_speed_from_ego_velocity(speed: ArrayLike, angle: ArrayLike) -> Any:
@@ -43,7 +43,7 @@ def closing_speed_from_ego_velocity(speed: ArrayLike, angle: ArrayLike) -> Any:
     >>> ttc_fast.ittc(ranges, closing_speed=ttc_fast.closing_speed_from_ego_velocity(-5.0, 0.0))
     array([inf])
     """
-    return np.asarray(speed, np.float64) * np.cos(np.asarray(angle, np.float64))
+    return _numbers("speed", speed) * np.cos(_numbers("angle", angle))
 
 
 def range_rate_from_target_velocity(velocity: ArrayLike, angle: ArrayLike) -> Any:
@@ -74,4 +74,11 @@ def range_rate_from_target_velocity(velocity: ArrayLike, angle: ArrayLike) -> An
     >>> ttc_fast.ittc(np.array([10.0]), range_rate=-5.0)
     array([2.])
     """
-    return np.asarray(velocity, np.float64) * np.cos(np.asarray(angle, np.float64))
+    return _numbers("velocity", velocity) * np.cos(_numbers("angle", angle))
+
+
+def _numbers(argument: str, value: ArrayLike) -> NDArray[np.float64]:
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "fiu":
+        raise TypeError(f"{argument} must be a number or an array of numbers, got {value!r}")
+    return numbers.astype(np.float64)

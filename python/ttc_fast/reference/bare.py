@@ -72,7 +72,8 @@ def ittc(
 def _like(argument: str, rate: Any, ranges: Floats) -> Floats:
     """Give each range its rate, in a new array of their dtype."""
     if np.ndim(rate) == 0:
-        return np.full_like(ranges, rounded(finite(argument, rate), ranges.dtype), subok=False)
+        same = rounded(finite(argument, rate), ranges.dtype)
+        return np.full_like(ranges, finite(f"{argument} in the dtype of ranges", same), subok=False)
     rates = floats(argument, rate)
     if rates.shape != ranges.shape:
         raise ValueError(f"{argument} must be a number or have the shape {ranges.shape}, got {rates.shape}")

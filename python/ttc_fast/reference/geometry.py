@@ -15,6 +15,10 @@ LIGHT_SPEED = 299_792_458.0
 """No vehicle is faster, m/s."""
 
 
+PARALLEL = 1e-12
+"""Directions this close to an edge's run along it: the cosine of a right angle is not exactly 0."""
+
+
 class Mount(NamedTuple):
     """Position (m) and yaw (rad) of the sensor in the vehicle frame."""
 
@@ -60,7 +64,9 @@ def sensor_velocity(motion: Motion, mount: Mount) -> tuple[float, float]:
     vx = motion.speed - motion.yaw_rate * mount.y
     vy = motion.lateral_speed + motion.yaw_rate * mount.x
     if not (abs(vx) < LIGHT_SPEED and abs(vy) < LIGHT_SPEED):
-        raise ValueError(f"speed moves the sensor faster than light, at ({vx}, {vy}) m/s")
+        fast = {"speed": motion.speed, "lateral_speed": motion.lateral_speed}
+        argument = next((name for name, value in fast.items() if abs(value) >= LIGHT_SPEED), "yaw_rate")
+        raise ValueError(f"{argument} moves the sensor faster than light, at ({vx}, {vy}) m/s")
     return vx, vy
 
 
@@ -87,7 +93,7 @@ def _crossing(
     between = low < position < high
     enter = np.full_like(rate, -np.inf if between else np.inf)
     leave = np.full_like(rate, np.inf if between else -np.inf)
-    moves = rate != 0
+    moves = np.abs(rate) >= PARALLEL
     with np.errstate(over="ignore", under="ignore"):
         np.divide(np.where(rate > 0, low, high) - position, rate, out=enter, where=moves)
         np.divide(np.where(rate > 0, high, low) - position, rate, out=leave, where=moves)

@@ -4,12 +4,14 @@
 //! records wrongly. So the array header is read here, and nowhere else. The only file of the binding with `unsafe`.
 
 use numpy::npyffi::{NPY_ARRAY_WRITEABLE, NPY_TYPES};
-use numpy::{PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArrayDescrMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyMemoryView;
 use ttc_fast_core::column::{Column, Table, TableMut};
+
+type Array<'py> = Bound<'py, PyUntypedArray>;
 
 /// A header of a 1-D or 2-D array, its rows and columns; a 1-D array is one row.
 struct Header {
@@ -22,7 +24,7 @@ struct Header {
 
 /// A 1-D or 2-D array of floats, kept alive.
 pub struct Floats<'py> {
-    array: Bound<'py, PyUntypedArray>,
+    array: Array<'py>,
     /// One scan (1-D), or a batch of scans (2-D)?
     pub batch: bool,
     numbers: Numbers<'py>,
@@ -89,6 +91,14 @@ impl<'py> Floats<'py> {
         self.numbers
     }
 
+    /// How many numbers there are in each scan.
+    pub fn columns(&self) -> usize {
+        match &self.numbers {
+            Numbers::Single(table) => table.columns(),
+            Numbers::Double(table) => table.columns(),
+        }
+    }
+
     /// How many scans there are.
     pub fn rows(&self) -> usize {
         match &self.numbers {
@@ -139,31 +149,90 @@ impl<'py> Floats<'py> {
         Ok(unsafe { TableMut::from_raw(start, (rows, columns), (row_stride, stride)) })
     }
 
-    /// An output may be the input itself, element for element, but not a shifted part of it.
-    fn refuse_overlap(&self, argument: &str, output: &Bound<'py, PyUntypedArray>) -> PyResult<()> {
-        let py = output.py();
-        let same = data(output) == data(&self.array)
-            && output.strides() == self.array.strides()
-            && output.dtype().is(self.array.dtype());
-        let share = || {
-            py.import(intern!(py, "numpy"))?
-                .call_method1(intern!(py, "may_share_memory"), (&self.array, output))?
-                .extract::<bool>()
-        };
-        if !same && share()? {
+    /// An output must not overlap itself, nor a shifted part of the input.
+    fn refuse_overlap(&self, argument: &str, output: &Array<'py>) -> PyResult<()> {
+        if !is_injective(output) {
             return Err(PyValueError::new_err(format!(
-                "{argument} overlaps the input in memory; pass a separate array, or the input itself"
+                "{argument} overlaps itself: some of its elements share memory; pass an ordinary array"
             )));
         }
-        Ok(())
+        self.refuse_shifted(argument, output)
     }
+
+    /// An output may be an input itself, element for element, but not a shifted part of it.
+    pub fn refuse_shifted(&self, argument: &str, output: &Array<'py>) -> PyResult<()> {
+        let itself = data(output) == data(&self.array)
+            && output.strides() == self.array.strides()
+            && output.dtype().is(self.array.dtype());
+        if itself { Ok(()) } else { refuse_shared(argument, output, "an input", &self.array) }
+    }
+}
+
+/// The arrays to write to: `out`, made if it is missing, and `status_out`. They must not share memory.
+pub fn outputs<'py>(
+    ranges: &Floats<'py>,
+    out: Option<&Bound<'py, PyAny>>,
+    status_out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(Bound<'py, PyAny>, Option<TableMut<'py, u8>>)> {
+    let status = status_out.map(|array| ranges.output::<u8>("status_out", array)).transpose()?;
+    if let (Some(out), Some(status_out)) = (out, status_out)
+        && let Ok(out) = out.cast::<PyUntypedArray>()
+    {
+        refuse_shared("status_out", status_out.cast()?, "out", out)?;
+    }
+    let out = out.map_or_else(|| ranges.empty_like(ranges.dtype()), |out| Ok(out.clone()))?;
+    Ok((out, status))
+}
+
+/// Refuse an output that shares memory with something else that is read or written.
+pub fn refuse_shared(argument: &str, output: &Array<'_>, name: &str, other: &Array<'_>) -> PyResult<()> {
+    let (from, to) = extent(output);
+    let (begin, end) = extent(other);
+    if to <= begin || end <= from {
+        return Ok(());
+    }
+    // They interleave, as fields of one record array do, or they overlap: NumPy can tell.
+    let py = output.py();
+    let numpy = py.import(intern!(py, "numpy"))?;
+    if numpy.call_method1(intern!(py, "shares_memory"), (output, other))?.extract()? {
+        return Err(PyValueError::new_err(format!("{argument} overlaps {name} in memory; pass a separate array")));
+    }
+    Ok(())
+}
+
+/// First and last byte (exclusive) of an array.
+fn extent(array: &Array<'_>) -> (usize, usize) {
+    let start = data(array).addr();
+    if array.shape().contains(&0) {
+        return (start, start);
+    }
+    let steps = array.shape().iter().zip(array.strides());
+    steps.fold((start, start + array.dtype().itemsize()), |(from, to), (n, stride)| {
+        let reach = (n - 1).cast_signed() * stride;
+        (from.wrapping_add_signed(reach.min(0)), to.wrapping_add_signed(reach.max(0)))
+    })
+}
+
+/// Whether no two elements share memory. Says no to some strange arrays whose elements do not.
+fn is_injective(array: &Array<'_>) -> bool {
+    if array.shape().contains(&0) {
+        return true;
+    }
+    let mut axes: Vec<_> = array.shape().iter().zip(array.strides()).filter(|(n, _)| **n > 1).collect();
+    axes.sort_unstable_by_key(|(_, stride)| stride.unsigned_abs());
+    let mut reach = array.dtype().itemsize();
+    axes.into_iter().all(|(n, stride)| {
+        let apart = stride.unsigned_abs() >= reach;
+        reach += stride.unsigned_abs() * (n - 1);
+        apart
+    })
 }
 
 /// One column of points: an array of 1 dimension, or of 2 for an organised cloud.
 ///
 /// # Safety
 /// The view must not outlive the array.
-pub unsafe fn grid<'a, T: Element>(array: &Bound<'_, PyUntypedArray>) -> Option<Table<'a, T>> {
+pub unsafe fn grid<'a, T: Element>(array: &Array<'_>) -> Option<Table<'a, T>> {
     let header = header("points", array).ok()?;
     // SAFETY: the type is checked; the header describes the array's own memory, which the caller outlives.
     holds::<T>(array).then(|| unsafe { header.table() })
@@ -173,7 +242,7 @@ pub unsafe fn grid<'a, T: Element>(array: &Bound<'_, PyUntypedArray>) -> Option<
 ///
 /// # Safety
 /// The view must not outlive the array.
-pub unsafe fn columns<'a, T: Element, const C: usize>(array: &Bound<'_, PyUntypedArray>) -> Option<[Table<'a, T>; C]> {
+pub unsafe fn columns<'a, T: Element, const C: usize>(array: &Array<'_>) -> Option<[Table<'a, T>; C]> {
     let (rows, row_stride, points, stride, width, step) = match (array.shape(), array.strides()) {
         (&[points, width], &[stride, step]) => (1, 0, points, stride, width, step),
         (&[rows, points, width], &[row_stride, stride, step]) => (rows, row_stride, points, stride, width, step),
@@ -202,9 +271,12 @@ impl Header {
 }
 
 /// `object` itself if it is an array, or an array over the same memory if it offers a buffer.
-fn as_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
-    if let Ok(array) = object.cast::<PyUntypedArray>() {
+fn as_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+    if let Ok(array) = object.cast_exact::<PyUntypedArray>() {
         return Ok(array.clone());
+    }
+    if let Ok(array) = object.cast::<PyUntypedArray>() {
+        return refuse_masked(argument, object).map(|()| array.clone());
     }
     let py = object.py();
     let Ok(buffer) = PyMemoryView::from(object) else {
@@ -221,7 +293,20 @@ fn as_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Bound<'
     Ok(py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "asarray"), (buffer,))?.cast_into()?)
 }
 
-fn header(argument: &str, array: &Bound<'_, PyUntypedArray>) -> PyResult<Header> {
+/// What lies under the mask of a masked array is exactly what is not to be read.
+pub fn refuse_masked(argument: &str, object: &Bound<'_, PyAny>) -> PyResult<()> {
+    let py = object.py();
+    let masked = py.import(intern!(py, "numpy.ma"))?.getattr(intern!(py, "MaskedArray"))?;
+    if object.is_instance(&masked)? {
+        return Err(PyTypeError::new_err(format!(
+            "{argument} must not be a masked array, got {}; {argument}.filled(numpy.nan) makes masked elements invalid",
+            type_name(object)
+        )));
+    }
+    Ok(())
+}
+
+fn header(argument: &str, array: &Array<'_>) -> PyResult<Header> {
     let start = data(array);
     match (array.shape(), array.strides()) {
         (&[columns], &[stride]) => Ok(Header { start, rows: 1, columns, row_stride: 0, stride }),
@@ -232,25 +317,26 @@ fn header(argument: &str, array: &Bound<'_, PyUntypedArray>) -> PyResult<Header>
     }
 }
 
-fn data(array: &Bound<'_, PyUntypedArray>) -> *mut u8 {
+fn data(array: &Array<'_>) -> *mut u8 {
     // SAFETY: the pointer comes from a live array object, whose header never moves.
     unsafe { (*array.as_array_ptr()).fields.data.cast() }
 }
 
-fn is_writeable(array: &Bound<'_, PyUntypedArray>) -> bool {
+fn is_writeable(array: &Array<'_>) -> bool {
     // SAFETY: as in `data`.
     unsafe { (*array.as_array_ptr()).fields.flags & NPY_ARRAY_WRITEABLE != 0 }
 }
 
 /// Whether the array holds `T` in this machine's byte order.
-fn holds<T: Element>(array: &Bound<'_, PyUntypedArray>) -> bool {
+fn holds<T: Element>(array: &Array<'_>) -> bool {
     // SAFETY: a live array has a live dtype, and every dtype starts with these fields.
     let (number, order) = unsafe {
         let dtype = (*array.as_array_ptr()).fields.descr;
-        ((*dtype).fields.type_num, (*dtype).fields.byteorder.cast_unsigned())
+        ((*dtype).fields.type_num, (*dtype).fields.byteorder)
     };
     let foreign = if cfg!(target_endian = "little") { b'>' } else { b'<' };
-    number == T::NUMBER as i32 && order != foreign
+    // A C char is signed on some processors and not on others.
+    number == T::NUMBER as i32 && order.to_ne_bytes() != [foreign]
 }
 
 pub fn type_name(object: &Bound<'_, PyAny>) -> String {
@@ -258,7 +344,7 @@ pub fn type_name(object: &Bound<'_, PyAny>) -> String {
 }
 
 /// Says which dtype was met, and how to get one that works.
-pub fn wrong_dtype(argument: &str, array: &Bound<'_, PyUntypedArray>) -> PyErr {
+pub fn wrong_dtype(argument: &str, array: &Array<'_>) -> PyErr {
     let dtype = array.dtype();
     let kind = dtype.getattr("kind").and_then(|kind| kind.extract::<char>()).unwrap_or('?');
     let size = dtype.getattr("itemsize").and_then(|size| size.extract::<usize>()).unwrap_or(0);

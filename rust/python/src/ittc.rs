@@ -1,6 +1,6 @@
 //! The bare formula.
 
-use crate::array::{Floats, Numbers};
+use crate::array::{Floats, Numbers, outputs};
 use crate::errors::value_error;
 use crate::{level, motion};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -85,8 +85,14 @@ pub fn ittc<'py>(
         Rate::RangeRate(speeds) => ("range_rate", *speeds),
     };
     let speeds = Speed::view(name, speeds, &ranges)?;
-    let status = status_out.map(|array| ranges.output::<u8>("status_out", array)).transpose()?;
-    let out = out.map_or_else(|| ranges.empty_like(ranges.dtype()), |out| Ok(out.clone()))?;
+    let (out, status) = outputs(&ranges, out, status_out)?;
+    if let Speed::Each(speeds) = &speeds {
+        for (argument, output) in [("out", Some(&out)), ("status_out", status_out)] {
+            if let Some(output) = output {
+                speeds.refuse_shifted(argument, output.cast()?)?;
+            }
+        }
+    }
     let job = (rate, min_closing_speed, status);
     let wrong_dtype = || PyTypeError::new_err(format!("{name} must have the dtype of ranges, {}", ranges.dtype()));
     match ranges.numbers() {
@@ -113,10 +119,12 @@ enum Speed<'py> {
 impl<'py> Speed<'py> {
     fn view(argument: &str, object: &Bound<'py, PyAny>, ranges: &Floats<'py>) -> PyResult<Self> {
         if let Ok(speed) = motion::number(argument, object) {
-            if speed.is_finite() {
+            if speed.is_finite() && (matches!(ranges.numbers(), Numbers::Double(_)) || f32::of(speed).is_finite()) {
                 return Ok(Speed::Same(speed));
             }
-            return Err(PyValueError::new_err(format!("{argument} must be a finite number, got {speed}")));
+            return Err(PyValueError::new_err(format!(
+                "{argument} must be a finite number in the dtype of ranges, got {speed}"
+            )));
         }
         let speeds = Floats::view(argument, object)?;
         if speeds.shape() != ranges.shape() {

@@ -15,14 +15,14 @@ use ttc_fast_core::scan::{Minimum, Neighbours};
 /// count : int
 ///     How many neighbours must agree, from 1.
 /// window : int
-///     How many beams to look at on each side.
+///     How many beams to look at on each side, up to 128.
 /// gap : float
 ///     How far their ranges may differ, m.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     If ``count`` is below 1 or above ``2 * window``, or ``gap`` is negative or not finite.
+///     If ``count`` is below 1 or above ``2 * window``, ``window`` is above 128, or ``gap`` is negative or not finite.
 ///
 /// Examples
 /// --------

@@ -1,5 +1,6 @@
 //! Motions from Python: numbers for one scan, numbers or one per scan for a batch.
 
+use crate::array::refuse_masked;
 use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
@@ -85,8 +86,8 @@ pub fn number(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     if let Ok(float) = value.cast_exact::<PyFloat>() {
         return Ok(float.value());
     }
-    let scalar = value.getattr_opt(intern!(value.py(), "ndim"))?.map_or(Ok(0), |ndim| ndim.extract::<usize>())? == 0;
-    let number = if scalar { value.extract::<f64>().ok() } else { None };
+    let ndim = value.getattr_opt(intern!(value.py(), "ndim"))?.map_or(Ok(0), |ndim| ndim.extract::<usize>());
+    let number = if matches!(ndim, Ok(0)) { value.extract::<f64>().ok() } else { None };
     number.ok_or_else(|| {
         PyTypeError::new_err(format!("{argument} must be a number for one scan, got {}", describe(value)))
     })
@@ -103,11 +104,15 @@ fn quantity(argument: &str, value: &Bound<'_, PyAny>, rows: usize) -> PyResult<Q
             "{argument} must be a number or have shape ({rows},), one for each scan, got {got}"
         ))
     };
-    // Motions are few: unlike ranges they may be converted.
-    let array = py
-        .import(intern!(py, "numpy"))?
-        .call_method1(intern!(py, "ascontiguousarray"), (value, intern!(py, "float64")))
-        .map_err(|_| wrong())?;
+    refuse_masked(argument, value)?;
+    // Motions are few: unlike ranges they may be converted, if they are numbers.
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let array = numpy.call_method1(intern!(py, "asarray"), (value,)).map_err(|_| wrong())?;
+    let kind: char = array.getattr(intern!(py, "dtype"))?.getattr(intern!(py, "kind"))?.extract()?;
+    if !matches!(kind, 'f' | 'i' | 'u') {
+        return Err(wrong());
+    }
+    let array = numpy.call_method1(intern!(py, "ascontiguousarray"), (array, intern!(py, "float64")))?;
     let array = array.cast_into::<PyArray1<f64>>().map_err(|_| wrong())?;
     if array.shape() != [rows] {
         return Err(wrong());

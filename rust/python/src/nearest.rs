@@ -148,7 +148,7 @@ impl Nearest {
 }
 
 /// ``Nearest`` of a batch: the same names, each an array of shape (B,). ``batch[i]`` is the ``Nearest`` of one scan.
-#[pyclass(frozen, module = "ttc_fast")]
+#[pyclass(frozen, sequence, module = "ttc_fast")]
 pub struct NearestBatch(pub Arc<[scan::Nearest]>);
 
 impl NearestBatch {

@@ -1,6 +1,6 @@
 //! Point clouds from Python, in place, whatever their layout.
 
-use crate::array::{Element, columns, grid, type_name, wrong_dtype};
+use crate::array::{Element, columns, grid, refuse_masked, type_name, wrong_dtype};
 use crate::errors::value_error;
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -128,6 +128,9 @@ impl<'py> Cloud<'py> {
 }
 
 fn array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+    if object.cast_exact::<PyUntypedArray>().is_err() && object.cast::<PyUntypedArray>().is_ok() {
+        refuse_masked(argument, object)?;
+    }
     object.cast::<PyUntypedArray>().cloned().map_err(|_| {
         PyTypeError::new_err(format!(
             "{argument} must be a numpy array of points, or a tuple of arrays (x, y, z[, intensity]), got {}; \

@@ -1,6 +1,6 @@
 //! `ScanTTC`.
 
-use crate::array::{Floats, Numbers};
+use crate::array::{Floats, Numbers, outputs};
 use crate::errors::{no_data, value_error, value_error_in_row};
 use crate::level;
 use crate::minimum::minimum;
@@ -102,7 +102,7 @@ impl ScanTTC {
     #[new]
     #[pyo3(
         signature = (angle_min, angle_increment, beams, *, range_min=0.0, range_max=f64::INFINITY, limits=None,
-            limits_policy="horizon", mount=(0.0, 0.0, 0.0), outline=None, mask=None, min_closing_speed=0.01,
+            limits_policy="horizon", mount=[0.0, 0.0, 0.0], outline=None, mask=None, min_closing_speed=0.01,
             too_close="hit", no_data=None, minimum=None),
         text_signature = "(angle_min, angle_increment, beams, *, range_min=0.0, range_max=1e999, limits=None, \
             limits_policy='horizon', mount=(0.0, 0.0, 0.0), outline=None, mask=None, min_closing_speed=0.01, \
@@ -115,10 +115,10 @@ impl ScanTTC {
         beams: i64,
         range_min: f64,
         range_max: f64,
-        limits: Option<(f64, f64)>,
+        limits: Option<[f64; 2]>,
         limits_policy: &str,
-        mount: (f64, f64, f64),
-        outline: Option<(f64, f64, f64, f64)>,
+        mount: [f64; 3],
+        outline: Option<[f64; 4]>,
         mask: Option<&Bound<'_, PyAny>>,
         min_closing_speed: f64,
         too_close: &str,
@@ -135,10 +135,13 @@ impl ScanTTC {
                 .map_err(|_| PyValueError::new_err(format!("beams must be at least 1, got {beams}")))?,
             range_min,
             range_max,
-            limits,
+            limits: limits.map(|[near, far]| (near, far)),
             limits_policy: one_of("limits_policy", limits_policy, POLICIES)?,
-            mount: Mount { x: mount.0, y: mount.1, yaw: mount.2 },
-            outline: outline.map(|(x_rear, x_front, y_right, y_left)| Outline { x_rear, x_front, y_right, y_left }),
+            mount: {
+                let [x, y, yaw] = mount;
+                Mount { x, y, yaw }
+            },
+            outline: outline.map(|[x_rear, x_front, y_right, y_left]| Outline { x_rear, x_front, y_right, y_left }),
             mask: mask.map(bools).transpose()?,
             min_closing_speed,
             too_close: one_of("too_close", too_close, TOO_CLOSE)?,
@@ -192,7 +195,9 @@ impl ScanTTC {
         for name in ["angle_min", "angle_increment", "range_min", "range_max"] {
             arguments.set_item(name, field(name)?)?;
         }
-        arguments.set_item("beams", field("ranges")?.len()?)?;
+        let beams = field("ranges")?.len();
+        let beams = beams.map_err(|_| PyTypeError::new_err("msg must have ranges with a length, one for each beam"))?;
+        arguments.set_item("beams", beams)?;
         if let Some(settings) = settings {
             arguments.update(settings.as_mapping())?;
         }
@@ -363,9 +368,13 @@ impl ScanTTC {
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments { speed, yaw_rate, lateral_speed };
         let ranges = Floats::view("ranges", ranges)?;
+        self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
         let motions = if ranges.batch { motion.each(ranges.rows())? } else { Motions::from(motion.one()?) };
-        let out = out.map_or_else(|| ranges.empty_like(ranges.dtype()), |out| Ok(out.clone()))?;
-        let status = status_out.map(|array| ranges.output::<u8>("status_out", array)).transpose()?;
+        // All motions are checked before anything is written: `out` may be `ranges` itself.
+        for row in 0..ranges.rows() {
+            self.scan.check_motion(motions.row(row)).map_err(value_error_in_row(row))?;
+        }
+        let (out, status) = outputs(&ranges, out, status_out)?;
         match ranges.numbers() {
             Numbers::Single(table) => self.per_beam_each(py, &table, &motions, ranges.output("out", &out)?, status)?,
             Numbers::Double(table) => self.per_beam_each(py, &table, &motions, ranges.output("out", &out)?, status)?,
@@ -432,6 +441,7 @@ impl ScanTTC {
         ranges: &Table<'_, T>,
         motion: &MotionArguments<'_, '_>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
         let motions = motion.each(ranges.rows())?;
         let each: Vec<f64> = release(py, ranges.rows() * ranges.columns(), || {
             let least = |row| {
@@ -453,6 +463,7 @@ impl ScanTTC {
         ranges: &Table<'_, T>,
         motion: &MotionArguments<'_, '_>,
     ) -> PyResult<Arc<[scan::Nearest]>> {
+        self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
         let motions = motion.each(ranges.rows())?;
         release(py, ranges.rows() * ranges.columns(), || {
             let nearest = |row| self.scan.nearest(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row));

@@ -72,9 +72,12 @@ impl Outline {
     }
 }
 
+/// Directions this close to an edge's run along it: the cosine of a right angle is not exactly 0.
+const PARALLEL: f64 = 1e-12;
+
 /// When a point moving from `p` at rate `d` is between `low` and `high`; never is (inf, -inf), always (-inf, inf).
 fn slab(p: f64, d: f64, low: f64, high: f64) -> (f64, f64) {
-    if d == 0.0 {
+    if d.abs() < PARALLEL {
         return if low < p && p < high {
             (f64::NEG_INFINITY, f64::INFINITY)
         } else {

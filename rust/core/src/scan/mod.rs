@@ -3,30 +3,30 @@
 //! For each beam, iTTC is the clearance along it divided by the speed at which the sensor moves along it. The
 //! parts: [`geometry`] says where beams point and how far the vehicle's outline is along them, [`tables`]
 //! keeps that in the forms the kernels read, [`reading`] says what a number in `ranges` means, [`search`] finds the
-//! least iTTC, [`tally`] says which beam counts, [`per_beam`] computes them all.
+//! least iTTC, [`vote`] says which beam counts, [`per_beam`] computes them all.
 
 mod geometry;
 mod per_beam;
 mod reading;
 mod search;
 mod tables;
-mod tally;
+mod vote;
 
 pub(crate) use per_beam::ttc;
 pub use {
     geometry::{Mount, Outline},
     reading::{Counts, LimitsPolicy, TooClose},
-    tally::{Minimum, Neighbours},
+    vote::{Minimum, Neighbours},
 };
 use {
     per_beam::PerBeam,
     reading::{Census, Rules},
     search::{Bound, Search, Straight, Turning},
     tables::{Beams, Exact, Tables},
-    tally::{Best, Tally, Vote},
+    vote::Best,
 };
 
-use crate::column::{Column, ColumnMut, Dense, Source};
+use crate::column::{Column, ColumnMut, Source};
 use crate::error::{Error, finite, non_negative};
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
@@ -35,6 +35,9 @@ use crate::status::Status;
 
 /// A sensor whose beams span more than this is more likely described in degrees, rad.
 const WIDEST_VIEW: f64 = 4.0 * std::f64::consts::PI;
+
+/// More beams than any scanner has, so that tables fit in memory and counts in 32 bits.
+const MOST_BEAMS: usize = 1 << 22;
 
 /// No vehicle is faster than light, m/s. Keeps every product far from overflow.
 const FASTEST: f64 = 299_792_458.0;
@@ -166,11 +169,17 @@ impl Settings {
     fn check(&self) -> Result<(), Error> {
         finite("angle_min", self.angle_min)?;
         finite("angle_increment", self.angle_increment)?;
-        if self.beams == 0 {
-            return Err(Error::new("beams", "must be at least 1, got 0"));
+        if !(1..=MOST_BEAMS).contains(&self.beams) {
+            let got = self.beams;
+            return Err(Error::new("beams", format!("must be at least 1 and at most {MOST_BEAMS}, got {got}")));
         }
         if self.angle_increment == 0.0 && self.beams > 1 {
             return Err(Error::new("angle_increment", "must not be 0 with more than one beam"));
+        }
+        for (argument, angle) in [("angle_min", self.angle_min), ("mount", self.mount.yaw)] {
+            if angle.abs() > WIDEST_VIEW {
+                return Err(Error::new(argument, format!("has the angle {angle}; angles are in radians, not degrees")));
+            }
         }
         let view = self.angle_increment.abs() * (self.beams - 1) as f64;
         if view > WIDEST_VIEW {
@@ -237,7 +246,14 @@ impl Motion {
             Ok(velocity)
         } else {
             let (vx, vy) = velocity;
-            Err(Error::new("speed", format!("moves the sensor faster than light, at ({vx}, {vy}) m/s")))
+            let argument = if self.speed.abs() >= FASTEST {
+                "speed"
+            } else if self.lateral_speed.abs() >= FASTEST {
+                "lateral_speed"
+            } else {
+                "yaw_rate"
+            };
+            Err(Error::new(argument, format!("moves the sensor faster than light, at ({vx}, {vy}) m/s")))
         }
     }
 }
@@ -333,6 +349,14 @@ impl ScanTtc {
         Ok(())
     }
 
+    /// Whether a motion makes sense for this scanner. Those that take a motion check it too.
+    ///
+    /// # Errors
+    /// When it does not.
+    pub fn check_motion(&self, motion: Motion) -> Result<(), Error> {
+        motion.of_sensor(self.settings.mount).map(|_| ())
+    }
+
     fn view<'a, T: Range>(&'a self, ranges: Column<'a, T>, motion: Motion) -> Result<View<'a, T>, Error> {
         self.check_beams("ranges", ranges.len())?;
         let velocity = motion.of_sensor(self.settings.mount)?;
@@ -341,7 +365,11 @@ impl ScanTtc {
         Ok(View { ranges, prepared: T::prepared(self), exact, level: self.level, minimum: self.settings.minimum })
     }
 
-    fn check_beams(&self, argument: &'static str, got: usize) -> Result<(), Error> {
+    /// Whether an array has one entry for each beam.
+    ///
+    /// # Errors
+    /// When it has not.
+    pub fn check_beams(&self, argument: &'static str, got: usize) -> Result<(), Error> {
         let beams = self.settings.beams;
         if got == beams {
             return Ok(());
@@ -391,38 +419,36 @@ struct View<'a, T> {
 impl<T: Real> View<'_, T> {
     /// The deciding beam, and whether a vote (if one was asked for) confirmed it.
     fn best(&self) -> (Best, bool) {
-        let Some(minimum) = self.minimum else {
-            let mut best = Best::NONE;
-            self.search(&mut best);
-            return (best, true);
-        };
-        let mut vote = Vote::new(minimum, self.prepared.rules, self.exact.beams);
-        self.search(&mut vote);
-        let nothing_closes = vote.plain == Best::NONE;
-        (vote.winner().unwrap_or(vote.plain), vote.winner().is_some() || nothing_closes)
+        match self.minimum {
+            None => (self.least(), true),
+            Some(minimum) => self.voted(minimum),
+        }
     }
 
-    fn search<'t, V>(&self, tally: &'t mut V)
-    where
-        V: for<'s> Tally<T, Column<'s, T>> + for<'s> Tally<T, Dense<'s, T>>,
-    {
+    /// The vote is for those who would rather be right than fast: every beam is computed.
+    fn voted(&self, minimum: Minimum) -> (Best, bool) {
+        let usable = |beam| if self.exact.beams.ignores(beam) { f64::NAN } else { self.usable(beam) };
+        let beams = self.ranges.len();
+        let ttc = |beam| Best { ttc: self.exact.ttc(beam, usable(beam)), beam };
+        let closing: Vec<Best> = (0..beams).map(ttc).filter(Best::closes).collect();
+        if closing.is_empty() {
+            return (Best::NONE, true);
+        }
+        let winner = vote::winner(minimum, closing, beams, usable);
+        (winner.unwrap_or_else(|| self.least()), winner.is_some())
+    }
+
+    fn least(&self) -> Best {
         let (vx, vy) = self.exact.velocity;
         if vx.abs() + vy.abs() <= self.exact.min_closing_speed {
-            return;
+            return Best::NONE;
         }
         let tables = &self.prepared.tables;
-        if vy == 0.0 {
-            self.search_with(Straight::new(tables, vx), tally);
-        } else {
-            self.search_with(Turning::new(tables, (vx, vy)), tally);
-        }
+        if vy == 0.0 { self.least_by(Straight::new(tables, vx)) } else { self.least_by(Turning::new(tables, (vx, vy))) }
     }
 
-    fn search_with<V>(&self, bound: impl Bound<T>, tally: &mut V)
-    where
-        V: for<'s> Tally<T, Column<'s, T>> + for<'s> Tally<T, Dense<'s, T>>,
-    {
-        let (rules, exact) = (self.prepared.rules, self.exact);
+    fn least_by(&self, bound: impl Bound<T>) -> Best {
+        let (rules, exact, best) = (self.prepared.rules, self.exact, Best::NONE);
         let few: Lanes<T>;
         let mut ranges = self.ranges;
         if ranges.len() < LANES {
@@ -430,8 +456,8 @@ impl<T: Real> View<'_, T> {
             ranges = Column::new(&few);
         }
         match ranges.dense() {
-            Some(ranges) => self.level.run(Search { ranges, rules, bound, exact, tally }),
-            None => self.level.run(Search { ranges, rules, bound, exact, tally }),
+            Some(ranges) => self.level.run(Search { ranges, rules, bound, exact, best }),
+            None => self.level.run(Search { ranges, rules, bound, exact, best }),
         }
     }
 

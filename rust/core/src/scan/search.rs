@@ -15,7 +15,7 @@
 
 use super::reading::Rules;
 use super::tables::{Exact, Tables};
-use super::tally::{Best, Tally};
+use super::vote::Best;
 use crate::column::Source;
 use crate::lanes::{LANES, Lanes, each, keep_least, least, window};
 use crate::real::Real;
@@ -93,21 +93,22 @@ impl<T: Real> Bound<T> for Turning<'_, T> {
     }
 }
 
-/// The search itself: what `tally` has seen when it ends decides the answer.
-pub(super) struct Search<'a, 't, T, S, B, V> {
+/// The search itself.
+pub(super) struct Search<'a, T, S, B> {
     /// At least one group of lanes of them.
     pub ranges: S,
     pub rules: Rules<T>,
     pub bound: B,
     pub exact: Exact<'a>,
-    pub tally: &'t mut V,
+    /// The least so far: `Best::NONE` to begin with.
+    pub best: Best,
 }
 
-impl<T: Real, S: Source<T>, B: Bound<T>, V: Tally<T, S>> Kernel for Search<'_, '_, T, S, B, V> {
-    type Output = ();
+impl<T: Real, S: Source<T>, B: Bound<T>> Kernel for Search<'_, T, S, B> {
+    type Output = Best;
 
     #[inline(always)]
-    fn run<I: Instructions>(mut self, _: I) {
+    fn run<I: Instructions>(mut self, _: I) -> Best {
         let groups = self.ranges.len().div_ceil(LANES);
         let size = groups.div_ceil(BLOCKS).next_power_of_two().max(GROUPS);
         let blocks = groups.div_ceil(size);
@@ -127,10 +128,11 @@ impl<T: Real, S: Source<T>, B: Bound<T>, V: Tally<T, S>> Kernel for Search<'_, '
                 self.decide(block(i), T::INFINITY);
             }
         }
+        self.best
     }
 }
 
-impl<T: Real, S: Source<T>, B: Bound<T>, V: Tally<T, S>> Search<'_, '_, T, S, B, V> {
+impl<T: Real, S: Source<T>, B: Bound<T>> Search<'_, T, S, B> {
     #[inline(always)]
     fn bounds(&self, at: usize, ranges: Lanes<T>) -> Lanes<T> {
         self.bound.lanes(at, each(ranges, |r| self.rules.usable(r)))
@@ -159,10 +161,10 @@ impl<T: Real, S: Source<T>, B: Bound<T>, V: Tally<T, S>> Search<'_, '_, T, S, B,
     /// underflow by `TINY`.
     #[inline(always)]
     fn limit(&self) -> T {
-        T::of(self.tally.limit() * self.bound.scale()) + T::TINY
+        T::of(self.best.ttc * self.bound.scale()) + T::TINY
     }
 
-    /// Show the tally every beam of some groups that may still matter and whose bound is not above `cap`.
+    /// Compute every beam of some groups that may still matter and whose bound is not above `cap`.
     #[inline(always)]
     fn decide(&mut self, (from, to): (usize, usize), cap: T) {
         for group in from..to {
@@ -181,9 +183,9 @@ impl<T: Real, S: Source<T>, B: Bound<T>, V: Tally<T, S>> Search<'_, '_, T, S, B,
         for lane in 0..LANES {
             if bounds[lane] <= limit {
                 let beam = at + lane;
-                let ttc = self.exact.ttc(beam, self.rules.usable(ranges[lane]).wide());
-                if ttc <= self.tally.limit() && ttc < f64::INFINITY {
-                    self.tally.show(Best { ttc, beam }, &self.ranges);
+                let candidate = Best { ttc: self.exact.ttc(beam, self.rules.usable(ranges[lane]).wide()), beam };
+                if candidate.closes() && candidate.precedes(&self.best) {
+                    self.best = candidate;
                 }
             }
         }

@@ -1,0 +1,117 @@
+//! Which beam counts: the nearest in time, or the nearest that is not a speckle.
+
+use crate::error::{Error, non_negative};
+
+/// A beam and its time-to-collision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Best {
+    pub ttc: f64,
+    pub beam: usize,
+}
+
+impl Best {
+    /// No beam: it never comes.
+    pub(super) const NONE: Best = Best { ttc: f64::INFINITY, beam: usize::MAX };
+
+    /// Whether it ever comes.
+    #[inline(always)]
+    pub(super) fn closes(&self) -> bool {
+        self.ttc < f64::INFINITY
+    }
+
+    /// Earlier, or as early at a lower index.
+    #[inline(always)]
+    pub(super) fn precedes(&self, other: &Best) -> bool {
+        self.ttc < other.ttc || (self.ttc == other.ttc && self.beam < other.beam)
+    }
+
+    fn order(&self, other: &Best) -> std::cmp::Ordering {
+        self.ttc.total_cmp(&other.ttc).then(self.beam.cmp(&other.beam))
+    }
+}
+
+/// How a speckle is outvoted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Minimum {
+    /// The `k`-th smallest time-to-collision of the scan.
+    KthSmallest(usize),
+    /// The least time-to-collision of the beams that their neighbours support.
+    Neighbours(Neighbours),
+}
+
+/// A beam is supported when at least `count` of the `window` beams on each side have a usable range within `gap`
+/// metres of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbours {
+    /// How many must agree.
+    pub count: usize,
+    /// How many beams to look at on each side.
+    pub window: usize,
+    /// How far their ranges may differ, m.
+    pub gap: f64,
+}
+
+/// Looking farther than this to each side is not a neighbourhood.
+const WIDEST_WINDOW: usize = 128;
+
+impl Minimum {
+    pub(super) fn checked(self) -> Result<Self, Error> {
+        match self {
+            Minimum::KthSmallest(0) => Err(Error::new("k", "must be at least 1, got 0")),
+            Minimum::KthSmallest(_) => Ok(self),
+            Minimum::Neighbours(neighbours) => neighbours.checked().map(Minimum::Neighbours),
+        }
+    }
+}
+
+impl Neighbours {
+    /// These settings, if they make sense.
+    ///
+    /// # Errors
+    /// When no beam could ever be supported, or the gap is not a distance.
+    pub fn checked(self) -> Result<Self, Error> {
+        non_negative("gap", self.gap)?;
+        if self.count == 0 {
+            return Err(Error::new("count", "must be at least 1, got 0"));
+        }
+        if self.window > WIDEST_WINDOW {
+            return Err(Error::new("window", format!("must be at most {WIDEST_WINDOW}, got {}", self.window)));
+        }
+        let most = 2 * self.window;
+        if self.count > most {
+            let got = self.count;
+            return Err(Error::new(
+                "count",
+                format!("must be at most 2 * window = {most}, or no beam can be supported; got {got}"),
+            ));
+        }
+        Ok(self)
+    }
+}
+
+/// The beam that wins the vote among those that close, if one does. `usable` is the range of a beam, NaN without one.
+pub(super) fn winner(
+    minimum: Minimum,
+    mut closing: Vec<Best>,
+    beams: usize,
+    usable: impl Fn(usize) -> f64,
+) -> Option<Best> {
+    match minimum {
+        Minimum::KthSmallest(k) => {
+            let place = k.checked_sub(1).filter(|place| *place < closing.len())?;
+            Some(*closing.select_nth_unstable_by(place, Best::order).1)
+        }
+        Minimum::Neighbours(neighbours) => {
+            closing.into_iter().filter(|best| neighbours.support(best.beam, beams, &usable)).min_by(Best::order)
+        }
+    }
+}
+
+impl Neighbours {
+    /// Whether enough of the beams around `beam` agree with it.
+    fn support(self, beam: usize, beams: usize, usable: impl Fn(usize) -> f64) -> bool {
+        let own = usable(beam);
+        let around = beam.saturating_sub(self.window)..beams.min(beam + self.window + 1);
+        around.filter(|other| *other != beam && (usable(*other) - own).abs() <= self.gap).count() >= self.count
+    }
+}
