@@ -22,6 +22,8 @@ use pyo3::prelude::*;
 /// Rust kernels of ``ttc_fast``; import the names from ``ttc_fast`` itself.
 #[pymodule(gil_used = false)]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    // NumPy's C interface is looked up once; better now than in the first call of a control loop.
+    numpy::dtype::<f32>(m.py());
     m.add("SIMD_LEVEL", level::choose()?)?;
     m.add("NoDataError", m.py().get_type::<errors::NoDataError>())?;
     m.add_class::<minimum::NeighbourSupport>()?;
