@@ -186,20 +186,53 @@ impl<'a, T: Copy> Records<'a, T> {
         self.0.len == 0
     }
 
-    /// The first four numbers of `N / 4` records from `at`, which must not be the last of all: what follows its
-    /// third number may not be there to read.
+    /// The same records, if each begins where the fourth number of the one before ends.
+    #[must_use]
+    pub fn back_to_back(self) -> Option<BackToBack<'a, T>> {
+        (self.0.stride == 4 * step::<T>()).then_some(BackToBack(self))
+    }
+}
+
+/// [`Records`] of exactly four numbers, without gaps: several are one load.
+#[derive(Clone, Copy, Debug)]
+pub struct BackToBack<'a, T>(Records<'a, T>);
+
+/// Records read several at a time, by their first four numbers.
+pub trait Fours<T>: Copy {
+    /// How many records there are.
+    fn records(&self) -> usize;
+    /// The first four numbers of `N / 4` records from `at`, which must not be the last of all: what follows its third
+    /// number may not be there to read.
     ///
     /// # Panics
     /// When the records are not all before the last.
+    fn fours<const N: usize>(&self, at: usize) -> [T; N];
+}
+
+impl<T: Copy> Fours<T> for BackToBack<'_, T> {
     #[inline(always)]
-    #[must_use]
-    pub fn fours<const N: usize>(&self, at: usize) -> [T; N] {
+    fn records(&self) -> usize {
+        self.0.0.len
+    }
+
+    #[inline(always)]
+    fn fours<const N: usize>(&self, at: usize) -> [T; N] {
+        self.0.0.check(at, N / 4 + 1);
+        // SAFETY: records at .. at + N / 4 are before the last, just checked, and lie back to back, four numbers each
+        // (checked in `back_to_back`).
+        unsafe { self.0.0.start.add(at * size_of::<T>() * 4).cast::<[T; N]>().read_unaligned() }
+    }
+}
+
+impl<T: Copy> Fours<T> for Records<'_, T> {
+    #[inline(always)]
+    fn records(&self) -> usize {
+        self.0.len
+    }
+
+    #[inline(always)]
+    fn fours<const N: usize>(&self, at: usize) -> [T; N] {
         self.0.check(at, N / 4 + 1);
-        let four = step::<T>() * 4;
-        if self.0.stride == four {
-            // SAFETY: records at .. at + N / 4 are before the last, just checked, and lie back to back, four numbers each.
-            return unsafe { self.0.start.add(at * size_of::<T>() * 4).cast::<[T; N]>().read_unaligned() };
-        }
         let mut numbers = std::mem::MaybeUninit::<[T; N]>::uninit();
         for i in 0..N / 4 {
             // SAFETY: record at + i is not the last, and the stride is at least three numbers (checked in `new`): its
@@ -210,7 +243,7 @@ impl<'a, T: Copy> Records<'a, T> {
                 numbers.as_mut_ptr().cast::<T>().add(4 * i).cast::<[T; 4]>().write_unaligned(record.read_unaligned());
             }
         }
-        // SAFETY: N is a multiple of 4 (asserted at compile time below), so every number has been written.
+        // SAFETY: N is a multiple of 4 (asserted at compile time), so every number has been written.
         unsafe {
             const { assert!(N.is_multiple_of(4)) };
             numbers.assume_init()

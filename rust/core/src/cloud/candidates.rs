@@ -57,7 +57,11 @@ impl<T: Real> Candidates<T> {
             let into = &mut *self;
             if let Some(records) = Records::new(row.xyz) {
                 let fourth = gate.intensity.is_some() && row.intensity.is_some_and(|it| it.is_fourth(&records));
-                level.run(Collect { layout: Packed(records), row, gate, fourth, first, every, into });
+                if let Some(records) = records.back_to_back() {
+                    level.run(Collect { layout: Packed(records), row, gate, fourth, first, every, into });
+                } else {
+                    level.run(Collect { layout: Packed(records), row, gate, fourth, first, every, into });
+                }
             } else if let [Some(x), Some(y), Some(z)] = row.xyz.map(Column::dense) {
                 level.run(Collect { layout: Columns([x, y, z]), row, gate, fourth: false, first, every, into });
             } else {

@@ -1,6 +1,6 @@
 //! A point cloud in whatever layout its driver chose.
 
-use crate::column::{Column, Records, Source, Table};
+use crate::column::{Column, Fours, Records, Source, Table};
 use crate::error::Error;
 use crate::lanes::LANES;
 use crate::real::Real;
@@ -161,8 +161,8 @@ pub(super) trait Layout<T>: Copy {
     /// How many points can be read as lanes, from the first on.
     fn whole(&self) -> usize;
     /// A bit for each of the points `at .. at + LANES` inside the bounds on x, y and z, and if `fourth` on the fourth
-    /// number of its record too.
-    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u16;
+    /// number of its record too; in order, with or without gaps.
+    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u64;
     /// Which point, from `at` on, a bit stands for.
     fn place(bit: usize) -> usize;
 }
@@ -184,12 +184,13 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
     }
 
     #[inline(always)]
-    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, _: bool) -> u16 {
+    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, _: bool) -> u64 {
         let [x, y, z] = &self.0;
         let [[x_low, x_high], [y_low, y_high], [z_low, z_high]] = bounds;
-        T::within(simd, &x.lanes(at), x_low, x_high)
+        let inside = T::within(simd, &x.lanes(at), x_low, x_high)
             & T::within(simd, &y.lanes(at), y_low, y_high)
-            & T::within(simd, &z.lanes(at), z_low, z_high)
+            & T::within(simd, &z.lanes(at), z_low, z_high);
+        inside.into()
     }
 
     #[inline(always)]
@@ -200,12 +201,12 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
 
 /// Points that are records: x, y and z side by side, then perhaps an intensity of the same type.
 ///
-/// Sixteen numbers are four points. All are compared at once, each with the bounds of its column, and the bits of a
-/// point are folded into one.
+/// Sixteen numbers are four points. All are compared at once, each with the bounds of its column; then the four bits of each
+/// of sixteen points are folded into one.
 #[derive(Clone, Copy)]
-pub(super) struct Packed<'a, T>(pub Records<'a, T>);
+pub(super) struct Packed<F>(pub F);
 
-impl<T: Real> Layout<T> for Packed<'_, T> {
+impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
     type Bounds = [[T; LANES]; 2];
 
     fn bounds(low: [T; 4], high: [T; 4]) -> Self::Bounds {
@@ -215,30 +216,22 @@ impl<T: Real> Layout<T> for Packed<'_, T> {
     #[inline(always)]
     fn whole(&self) -> usize {
         // The last record may end before its fourth number would.
-        self.0.len().saturating_sub(1) / LANES * LANES
+        self.0.records().saturating_sub(1) / LANES * LANES
     }
 
     #[inline(always)]
-    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u16 {
+    fn inside<I: Instructions>(&self, simd: I, at: usize, [low, high]: &Self::Bounds, fourth: bool) -> u64 {
         // Spelled out: through a closure the instructions behind `simd` would not be inlined.
-        self.inside_four(simd, at, bounds, fourth)
-            | self.inside_four(simd, at + 4, bounds, fourth) << 1
-            | self.inside_four(simd, at + 8, bounds, fourth) << 2
-            | self.inside_four(simd, at + 12, bounds, fourth) << 3
+        let bits = u64::from(T::within(simd, &self.0.fours(at), low, high))
+            | u64::from(T::within(simd, &self.0.fours(at + 4), low, high)) << 16
+            | u64::from(T::within(simd, &self.0.fours(at + 8), low, high)) << 32
+            | u64::from(T::within(simd, &self.0.fours(at + 12), low, high)) << 48;
+        let any_fourth = if fourth { 0 } else { u64::MAX };
+        bits & (bits >> 1) & (bits >> 2) & (bits >> 3 | any_fourth) & 0x1111_1111_1111_1111
     }
 
     #[inline(always)]
     fn place(bit: usize) -> usize {
-        4 * (bit % 4) + bit / 4
-    }
-}
-
-impl<T: Real> Packed<'_, T> {
-    /// A bit in each fourth place for the points `at .. at + 4`.
-    #[inline(always)]
-    fn inside_four<I: Instructions>(&self, simd: I, at: usize, [low, high]: &[[T; LANES]; 2], fourth: bool) -> u16 {
-        let bits = T::within(simd, &self.0.fours(at), low, high);
-        let bits = if fourth { bits & (bits >> 3 | !0x1111) } else { bits };
-        bits & (bits >> 1) & (bits >> 2) & 0x1111
+        bit / 4
     }
 }
