@@ -29,6 +29,7 @@ from ttc_fast._core import (
     ttc_from_clouds,
     ttc_from_distances,
 )
+from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_target_velocity
 from ttc_fast.status import Detection, Status
 
@@ -55,6 +56,7 @@ __all__ = [
     "Status",
     "Supported",
     "closing_speed_from_ego_velocity",
+    "from_pointcloud2",
     "ittc",
     "range_rate_from_target_velocity",
     "robust_min_x",
