@@ -29,6 +29,8 @@ pub trait Real:
     const SLACK: Self;
     /// The smallest normal value: more than underflow can ever hide.
     const TINY: Self;
+    /// The smallest number above 0.
+    const LEAST: Self;
 
     /// The nearest value of this type.
     fn of(value: f64) -> Self;
@@ -56,6 +58,7 @@ macro_rules! real {
             const MAX: Self = $float::MAX;
             const SLACK: Self = 16.0 * $float::EPSILON;
             const TINY: Self = $float::MIN_POSITIVE;
+            const LEAST: Self = $float::from_bits(1);
 
             #[inline(always)]
             #[allow(clippy::cast_possible_truncation, reason = "rounding to the element type is the purpose")]

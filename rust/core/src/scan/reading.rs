@@ -2,6 +2,7 @@
 
 use super::tables::Tables;
 use crate::column::Source;
+use crate::lanes::{LANES, Lanes, window};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel};
 
@@ -106,56 +107,61 @@ pub(super) struct Census<'a, T, S> {
     pub tables: &'a Tables<T>,
 }
 
-/// Beams counted in one go. Long enough that the compiler keeps the loop and works on many beams at once.
-const CHUNK: usize = 128;
-
 impl<T: Real, S: Source<T>> Kernel for Census<'_, T, S> {
     type Output = Counts;
 
     #[inline(always)]
-    fn run<I: Instructions>(self, _: I) -> Counts {
-        let offset = self.tables.offset_below.as_slice();
+    fn run<I: Instructions>(self, simd: I) -> Counts {
         let beams = self.ranges.len();
+        let whole = beams / LANES * LANES;
         let mut counts = Counts::default();
-        for at in (0..beams).step_by(CHUNK) {
-            if at + CHUNK <= beams {
-                let ranges: [T; CHUNK] = self.ranges.lanes(at);
-                self.count(&mut counts, &ranges, &offset[at..at + CHUNK]);
-            } else {
-                let ranges: [T; CHUNK] = self.ranges.lanes_or(at, T::NAN);
-                self.count(&mut counts, &ranges[..beams - at], &offset[at..beams]);
-            }
+        for at in (0..whole).step_by(LANES) {
+            self.count(simd, &mut counts, at, &self.ranges.lanes(at), u16::MAX);
+        }
+        if whole < beams {
+            let there = u16::MAX >> (whole + LANES - beams);
+            self.count(simd, &mut counts, whole, &self.ranges.lanes_or(whole, T::NAN), there);
         }
         counts
     }
 }
 
 impl<T: Real, S> Census<'_, T, S> {
+    /// Count the readings of a group that are `there`. Most groups are ordinary: all valid, none in contact.
     #[inline(always)]
-    fn count(&self, counts: &mut Counts, ranges: &[T], offset: &[T]) {
+    fn count<I: Instructions>(&self, simd: I, counts: &mut Counts, at: usize, ranges: &Lanes<T>, there: u16) {
         let Rules { range_min, range_max, far_limit, .. } = self.rules;
-        let [mut valid, mut invalid, mut too_close, mut no_return] = [0_u32; 4];
-        let [mut out_of_range, mut beyond_limits, mut masked, mut contact] = [0_u32; 4];
-        for (&r, &offset) in ranges.iter().zip(offset) {
-            let looked = !offset.is_nan();
-            let finite = (r > T::ZERO - T::INFINITY) & (r < T::INFINITY);
-            let in_range = finite & (r >= range_min) & (r <= range_max);
-            masked += u32::from(!looked);
-            invalid += u32::from(looked & r.is_nan());
-            too_close += u32::from(looked & (r == T::ZERO - T::INFINITY));
-            no_return += u32::from(looked & (r == T::INFINITY));
-            out_of_range += u32::from(looked & finite & !in_range);
-            beyond_limits += u32::from(looked & in_range & (r > far_limit));
-            valid += u32::from(looked & in_range & (r <= far_limit));
-            contact += u32::from(self.rules.usable(r) <= offset);
+        let farthest = if far_limit < range_max { far_limit } else { range_max };
+        let offset = window(&self.tables.offset_below, at);
+        let free = std::array::from_fn(|lane| ranges[lane] - offset[lane]);
+        let valid = T::within(simd, ranges, &[range_min; LANES], &[less_than_infinity(farthest); LANES]);
+        let clear = T::within(simd, &free, &[T::LEAST; LANES], &[T::INFINITY; LANES]);
+        if valid & clear == u16::MAX {
+            counts.valid += there.count_ones();
+            return;
         }
-        counts.valid += valid;
-        counts.invalid += invalid;
-        counts.too_close += too_close;
-        counts.no_return += no_return;
-        counts.out_of_range += out_of_range;
-        counts.beyond_limits += beyond_limits;
-        counts.masked += masked;
-        counts.contact += contact;
+        let minus_infinity = T::ZERO - T::INFINITY;
+        let finite = T::within(simd, ranges, &[T::ZERO - T::MAX; LANES], &[T::MAX; LANES]);
+        let in_range = T::within(simd, ranges, &[range_min; LANES], &[less_than_infinity(range_max); LANES]);
+        let no_return = T::within(simd, ranges, &[T::INFINITY; LANES], &[T::INFINITY; LANES]);
+        let too_close = T::within(simd, ranges, &[minus_infinity; LANES], &[minus_infinity; LANES]);
+        let looked = T::within(simd, offset, &[minus_infinity; LANES], &[T::INFINITY; LANES]);
+        let clearance = std::array::from_fn(|lane| self.rules.usable(ranges[lane]) - offset[lane]);
+        let contact = T::within(simd, &clearance, &[minus_infinity; LANES], &[T::ZERO; LANES]);
+
+        let number = |bits: u16| (bits & looked & there).count_ones();
+        counts.valid += number(valid);
+        counts.invalid += number(!(finite | no_return | too_close));
+        counts.too_close += number(too_close);
+        counts.no_return += number(no_return);
+        counts.out_of_range += number(finite & !in_range);
+        counts.beyond_limits += number(in_range & !valid);
+        counts.masked += (!looked & there).count_ones();
+        counts.contact += number(contact);
     }
+}
+
+#[inline(always)]
+fn less_than_infinity<T: Real>(bound: T) -> T {
+    if bound < T::MAX { bound } else { T::MAX }
 }
