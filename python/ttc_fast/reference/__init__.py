@@ -10,28 +10,71 @@ nothing clever. Read it in this order:
 - ``scan`` and ``bare``: these put together, as ``ScanTTC`` and ``ittc``
 - ``results`` and ``arguments``: what comes out, and what may go in
 
-What has no arithmetic of its own (``Status``, ``NoDataError``, the settings ``KthSmallest`` and ``NeighbourSupport``,
-the two sign helpers) is not written twice: those are the same objects as in ``ttc_fast``.
+and for point clouds:
+
+- ``points``: what lies where in memory
+- ``gate``: which points count, and how far ahead they are
+- ``estimators``: from those to one distance
+- ``cloud`` and ``shrinking``: these put together, as ``robust_min_x`` and ``ttc_from_clouds``
+- ``road``: what a gate may stand on, found in the cloud
+
+What has no arithmetic of its own (``Status``, ``Detection``, ``NoDataError``, the settings such as ``KthSmallest``,
+``Gate`` and ``Road``, ``from_pointcloud2``, the two sign helpers) is not written twice: those are the same objects as
+in ``ttc_fast``.
 """
 
-from ttc_fast._core import KthSmallest, NeighbourSupport, NoDataError
+from ttc_fast._core import (
+    Cluster,
+    Gate,
+    InterquartileFence,
+    KthSmallest,
+    MeanOfLowest,
+    Minimum,
+    NeighbourSupport,
+    NoDataError,
+    Quantile,
+    Road,
+    Supported,
+)
+from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.bare import ittc
+from ttc_fast.reference.cloud import MinX, robust_min_x
 from ttc_fast.reference.results import Counts, CountsBatch, Nearest, NearestBatch
+from ttc_fast.reference.road import RoadFit, fit_road
 from ttc_fast.reference.scan import ScanTTC
+from ttc_fast.reference.shrinking import CloudTTC, ttc_from_clouds, ttc_from_distances
 from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_target_velocity
-from ttc_fast.status import Status
+from ttc_fast.status import Detection, RoadStatus, Status
 
 __all__ = [
+    "CloudTTC",
+    "Cluster",
     "Counts",
     "CountsBatch",
+    "Detection",
+    "Gate",
+    "InterquartileFence",
     "KthSmallest",
+    "MeanOfLowest",
+    "MinX",
+    "Minimum",
     "Nearest",
     "NearestBatch",
     "NeighbourSupport",
     "NoDataError",
+    "Quantile",
+    "Road",
+    "RoadFit",
+    "RoadStatus",
     "ScanTTC",
     "Status",
+    "Supported",
     "closing_speed_from_ego_velocity",
+    "from_pointcloud2",
+    "fit_road",
     "ittc",
     "range_rate_from_target_velocity",
+    "robust_min_x",
+    "ttc_from_clouds",
+    "ttc_from_distances",
 ]

@@ -1,0 +1,80 @@
+"""A point cloud in any layout, as columns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.floating[Any]]
+    Bools = NDArray[np.bool_]
+
+COORDINATES = ("x", "y", "z")
+
+
+class Cloud(NamedTuple):
+    """N points; an organised cloud is taken row by row."""
+
+    xyz: Floats
+    """Coordinates as stored, whatever they mean, of shape (3, N)."""
+    intensity: NDArray[Any] | None
+    """In the units and dtype stored, of shape (N,)."""
+
+    def valid(self) -> Bools:
+        """Which points count: finite, and not exactly (0, 0, 0), which drivers store where nothing came back."""
+        valid: Bools = np.isfinite(self.xyz).all(axis=0) & (self.xyz != 0).any(axis=0)
+        return valid
+
+
+def cloud(argument: str, points: Any) -> Cloud:
+    """``points`` as a cloud: plain rows, records, or a tuple of columns."""
+    if isinstance(points, tuple):
+        return _of_columns(argument, points)
+    if not isinstance(points, np.ndarray):
+        raise TypeError(
+            f"{argument} must be a numpy array of points, or a tuple of arrays (x, y, z[, intensity]), "
+            f"got {type(points).__name__}"
+        )
+    return _of_rows(argument, points) if points.dtype.names is None else _of_records(argument, points)
+
+
+def _of_rows(argument: str, points: NDArray[Any]) -> Cloud:
+    """(N, 3), (N, 4) or wider, the fourth column being the intensity; (H, W, 3) or wider for an organised cloud."""
+    if points.ndim not in (2, 3) or points.shape[-1] < 3:
+        raise ValueError(
+            f"{argument} must have shape (N, 3), (N, 4) or wider, or (H, W, 3) or wider for an organised cloud, "
+            f"got {points.shape}"
+        )
+    return _of_columns(argument, tuple(np.moveaxis(points, -1, 0)[:4]))
+
+
+def _of_records(argument: str, points: NDArray[Any]) -> Cloud:
+    """Fields x, y and z, and perhaps intensity."""
+    names = points.dtype.names or ()
+    if not set(COORDINATES) <= set(names):
+        raise ValueError(f"{argument} must be records with fields x, y and z, got {names}")
+    fields = [*COORDINATES, "intensity"] if "intensity" in names else COORDINATES
+    return _of_columns(argument, tuple(points[name] for name in fields))
+
+
+def _of_columns(argument: str, columns: tuple[Any, ...]) -> Cloud:
+    """One array each for x, y and z, and perhaps intensity."""
+    if len(columns) not in (3, 4):
+        raise ValueError(f"{argument} as a tuple must be (x, y, z) or (x, y, z, intensity), got {len(columns)} arrays")
+    if not all(isinstance(column, np.ndarray) for column in columns):
+        raise TypeError(f"{argument} as a tuple must be of numpy arrays")
+    shapes = [column.shape for column in columns]
+    if len(set(shapes)) > 1 or len(shapes[0]) not in (1, 2):
+        raise ValueError(f"{argument} must have columns of one shape, (N,) or (H, W), got {shapes}")
+    dtypes = {column.dtype for column in columns[:3]}
+    if dtypes not in ({np.dtype(np.float32)}, {np.dtype(np.float64)}):
+        raise TypeError(f"{argument} must have dtype float32 or float64, got {', '.join(map(str, dtypes))}")
+    intensity = columns[3].ravel() if len(columns) == 4 else None
+    if intensity is not None and intensity.dtype not in (np.uint8, np.uint16, np.float32, np.float64):
+        raise TypeError(
+            f"intensity of {argument} must have dtype uint8, uint16, float32 or float64, got {intensity.dtype}"
+        )
+    return Cloud(np.array([column.ravel() for column in columns[:3]]), intensity)

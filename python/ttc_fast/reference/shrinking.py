@@ -1,0 +1,109 @@
+"""``ttc_from_distances`` and ``ttc_from_clouds``: time-to-collision from how the nearest distance shrinks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ttc_fast.reference.arguments import finite
+from ttc_fast.reference.cloud import MinX, nearest
+from ttc_fast.reference.estimators import checked_estimator
+from ttc_fast.reference.gate import checked_gate
+from ttc_fast.reference.points import cloud
+from ttc_fast.status import Detection, Status
+
+if TYPE_CHECKING:
+    from ttc_fast._core import Gate
+    from ttc_fast.reference.estimators import Estimator
+
+
+@dataclass(frozen=True)
+class CloudTTC:
+    """Time-to-collision from two clouds, and what it rests on."""
+
+    ttc: float
+    """s, in [0, inf]; inf where nothing closes or too little is known."""
+    status: Status
+    """What it means."""
+    distance: float
+    """From the bumper to the nearest thing in the current cloud, m. inf when clear, NaN without data."""
+    closing_speed: float
+    """m/s, positive when approaching. NaN unless both clouds show a distance."""
+    previous: MinX
+    """What was found in the earlier cloud."""
+    current: MinX
+    """What was found in the later cloud."""
+
+
+def ttc_from_distances(previous: float, current: float, dt: float) -> float:
+    """Time-to-collision by two distances, if the gap goes on shrinking as it did, s.
+
+    Arguments, result and errors are those of ``ttc_fast.ttc_from_distances``. TTC = d1 dt / (d0 - d1).
+
+    Examples
+    --------
+    >>> from ttc_fast import reference
+    >>> round(reference.ttc_from_distances(10.0, 9.5, 0.1), 6)
+    1.9
+    """
+    previous, current, dt = finite("previous", previous), finite("current", current), _checked_dt(dt)
+    if not previous > current:
+        return math.inf
+    return current * dt / (previous - current) if current > 0 else 0.0
+
+
+def ttc_from_clouds(
+    previous: Any,
+    current: Any,
+    dt: float,
+    *,
+    gate: Gate | None = None,
+    estimator: Estimator | None = None,
+    front_offset: float = 0.0,
+) -> CloudTTC:
+    """Time-to-collision by two clouds taken ``dt`` seconds apart.
+
+    Arguments, result and errors are those of ``ttc_fast.ttc_from_clouds``. Where either cloud has too few points for
+    the estimator, both are taken at their plain nearest, and the status says so.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ttc_fast import reference
+    >>> car = np.array([[10.0, 0.0, 0.5], [10.2, 0.1, 0.5], [10.1, -0.4, 0.6]])
+    >>> seen = reference.ttc_from_clouds(car, car - [0.5, 0, 0], 0.1, estimator=reference.Minimum())
+    >>> round(seen.ttc, 6), seen.status.name, round(seen.closing_speed, 6)
+    (1.9, 'CLOSING', 5.0)
+    """
+    gate, estimator = checked_gate(gate), checked_estimator(estimator)
+    clouds = cloud("previous", previous), cloud("current", current)
+    if clouds[0].xyz.dtype != clouds[1].xyz.dtype:
+        raise TypeError("previous and current must have the same dtype")
+    dt, front_offset = _checked_dt(dt), finite("front_offset", front_offset)
+
+    earlier, later = (nearest(each, gate, estimator) for each in clouds)
+    too_few = Detection.TOO_FEW in (earlier.detection, later.detection)
+    before, now = ((seen.nearest_x if too_few else seen.x) - front_offset for seen in (earlier, later))
+    ttc, closing_speed = math.inf, math.nan
+    if math.isfinite(before) and math.isfinite(now):
+        ttc, closing_speed = ttc_from_distances(before, now, dt), (before - now) / dt
+    # The first that holds.
+    cases = {
+        Status.NO_DATA: later.detection is Detection.NO_DATA,
+        Status.CLEAR: later.detection is Detection.CLEAR,
+        Status.WARMING_UP: not math.isfinite(before),
+        Status.CONTACT: now <= 0,
+        Status.TOO_FEW: too_few,
+        Status.CLOSING: ttc < math.inf,
+        Status.NOT_CLOSING: True,
+    }
+    status = next(status for status, holds in cases.items() if holds)
+    return CloudTTC(ttc, status, now, closing_speed, earlier, later)
+
+
+def _checked_dt(dt: Any) -> float:
+    seconds = finite("dt", dt)
+    if not seconds > 0:
+        raise ValueError(f"dt must be above 0 s, got {seconds}; it is the time between the two, from their stamps")
+    return seconds
