@@ -14,10 +14,13 @@ import ttc_fast
 from ttc_fast import reference
 
 # Results are only ever received, so what counts is what they offer, not how they are made.
-RESULTS = ["Counts", "CountsBatch", "Nearest", "NearestBatch"]
+RESULTS = ["CloudTTC", "Counts", "CountsBatch", "MinX", "Nearest", "NearestBatch"]
 
 # The instruction-set level of the kernels: NumPy has its own.
 KERNELS_ONLY = {"SIMD_LEVEL"}
+
+# Attributes that are such results themselves.
+NESTED = {"counts", "previous", "current"}
 
 METHODS = ["min", "nearest", "per_beam", "from_message"]
 
@@ -36,7 +39,15 @@ def example(module: Any, name: str) -> Any:
     """A result of each kind."""
     scan = module.ScanTTC(0.0, 0.1, 3)
     batch = scan.nearest(np.ones((2, 3)), 1.0)
-    return {"Counts": batch[0].counts, "CountsBatch": batch.counts, "Nearest": batch[0], "NearestBatch": batch}[name]
+    cloud = module.ttc_from_clouds(np.ones((12, 3)), np.ones((12, 3)), 0.1)
+    return {
+        "CloudTTC": cloud,
+        "Counts": batch[0].counts,
+        "CountsBatch": batch.counts,
+        "MinX": cloud.current,
+        "Nearest": batch[0],
+        "NearestBatch": batch,
+    }[name]
 
 
 def test_the_same_names() -> None:
@@ -65,7 +76,7 @@ def test_a_scanner_offers_the_same() -> None:
 def test_results_offer_the_same(name: str) -> None:
     kernel, specified = example(ttc_fast, name), example(reference, name)
     assert public(kernel) == public(specified)
-    for attribute in public(kernel) - {"counts"}:
+    for attribute in public(kernel) - NESTED:
         assert type(getattr(kernel, attribute)) is type(getattr(specified, attribute)), attribute
 
 
@@ -98,3 +109,26 @@ def test_a_pickled_scanner_is_the_same_scanner(module: Any) -> None:
     for ranges in ([3.0, 0.0, 2.0], [2.0, 5.0, 8.5], [np.nan, 1.0, -np.inf]):
         for speed in (4.0, 0.4):
             assert copy.min(np.array(ranges), speed) == scan.min(np.array(ranges), speed)
+
+
+SETTINGS = [
+    ttc_fast.Minimum(),
+    ttc_fast.KthSmallest(3),
+    ttc_fast.Quantile(0.25),
+    ttc_fast.MeanOfLowest(4),
+    ttc_fast.InterquartileFence(1.5),
+    ttc_fast.Supported(3, 0.2),
+    ttc_fast.Cluster(0.15, 10),
+    ttc_fast.Road(0.02, -0.01, -1.7),
+    ttc_fast.Gate(),
+    ttc_fast.Gate(z=(-1.0, 2.0), intensity=(0.1, 0.9), axes=("y", "-x", "z"), curvature=0.01),
+    ttc_fast.Gate.above_road(1.73, road=ttc_fast.Road(0.02, -0.01, -1.7), height=(0.2, 2.0)),
+]
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=repr)
+def test_pickled_settings_are_equal(settings: Any) -> None:
+    copy = pickle.loads(pickle.dumps(settings))
+    assert copy == settings
+    assert repr(copy) == repr(settings)
+    assert not any(copy == other for other in SETTINGS if other is not settings)
