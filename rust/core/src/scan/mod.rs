@@ -443,8 +443,12 @@ impl<T: Real> View<'_, T> {
         if vx.abs() + vy.abs() <= self.exact.min_closing_speed {
             return Best::NONE;
         }
-        let tables = &self.prepared.tables;
-        if vy == 0.0 { self.least_by(Straight::new(tables, vx)) } else { self.least_by(Turning::new(tables, (vx, vy))) }
+        let Prepared { tables, rules } = self.prepared;
+        if vy == 0.0 && !rules.clamps() {
+            self.least_by(Straight::new(tables, rules, vx))
+        } else {
+            self.least_by(Turning::new(tables, *rules, (vx, vy)))
+        }
     }
 
     fn least_by(&self, bound: impl Bound<T>) -> Best {

@@ -50,10 +50,10 @@ pub struct Counts {
 /// The rules, with bounds rounded to the type of the ranges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rules<T> {
-    range_min: T,
+    pub range_min: T,
     range_max: T,
     far_limit: T,
-    clamp: (T, T),
+    pub clamp: (T, T),
     too_close: T,
     usable_max: T,
 }
@@ -80,6 +80,11 @@ impl<T: Real> Rules<T> {
             },
             usable_max: if farthest < T::MAX { farthest } else { T::MAX },
         }
+    }
+
+    /// Whether readings are moved into the user's limits.
+    pub(super) fn clamps(&self) -> bool {
+        self.clamp.1 < T::INFINITY || self.clamp.0 > T::ZERO
     }
 
     /// The range to compute with, or NaN where there is none.

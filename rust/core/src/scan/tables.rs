@@ -1,7 +1,7 @@
 //! What is known of each beam before a scan arrives.
 
 use super::geometry::{Mount, Outline};
-use crate::lanes::{Lanes, padded, window};
+use crate::lanes::padded;
 use crate::real::Real;
 
 /// The beams in `f64`: the truth that decisions are made with.
@@ -88,7 +88,7 @@ pub(super) struct Tables<T> {
     /// The largest number not above the truth: a range up to it is in contact, exactly.
     pub offset_below: Vec<T>,
     /// Not below the truth: what is left of a range after it is not above the true clearance.
-    offset_above: Vec<T>,
+    pub offset_above: Vec<T>,
     /// Not above `1 / cos`, for beams that close when driving forward, NaN for the others.
     pub inverse_forward: Vec<T>,
     /// Not above `1 / -cos`, for beams that close when reversing, NaN for the others.
@@ -108,16 +108,6 @@ impl<T: Real> Tables<T> {
             inverse_forward: table(&beams.cos, inverse),
             inverse_reverse: table(&beams.cos, |cos| inverse(-cos)),
         }
-    }
-
-    /// Clearances not above the true ones (but for one rounding, which the bounds' slack covers), and not below 0.
-    #[inline(always)]
-    pub(super) fn clearance_below(&self, at: usize, ranges: Lanes<T>) -> Lanes<T> {
-        let offset = window(&self.offset_above, at);
-        std::array::from_fn(|lane| {
-            let clearance = ranges[lane] - offset[lane];
-            if clearance < T::ZERO { T::ZERO } else { clearance }
-        })
     }
 }
 
