@@ -3,7 +3,7 @@
 A 2D ray-caster drives an F1TENTH-like car down a corridor with doorways and a pillar. Nothing in it was recorded
 anywhere else, so it can be given away with the package. Seeded: the same file every time.
 
-    python tools/make_sample.py [FILE]
+    python tools/make_scan_sample.py [FILE]
 """
 
 from __future__ import annotations
