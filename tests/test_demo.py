@@ -14,15 +14,22 @@ import pytest
 
 from ttc_fast import Status, bench, reference
 from ttc_fast.cli import main
-from ttc_fast.demo import SAMPLE
-from ttc_fast.demo.replay import replay
-from ttc_fast.logs import LogError, open_log
+from ttc_fast.demo import SAMPLES
+from ttc_fast.demo.scans.replay import replay
+from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
 
+SAMPLE = SAMPLES["scans"]
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
+def open_scans(path: Path) -> ScanLog:
+    log = open_log(path)
+    assert not isinstance(log, CloudLog)
+    return log
+
+
 def moving_ttc(result_of: Path, range_min: float | None = None) -> list[float]:
-    log = open_log(result_of)
+    log = open_scans(result_of)
     scanner = log.scanner if range_min is None else replace(log.scanner, range_min=range_min)
     rows = replay(log, scanner=scanner, support=0).rows
     return [row.nearest.ttc for row in rows if row.speed > 0.05]
@@ -35,19 +42,19 @@ def without(arrays: set[str], path: Path, source: Path = SAMPLE) -> Path:
 
 
 def test_the_sample_brakes_late_and_stops_in_front_of_the_box() -> None:
-    result = replay(open_log(SAMPLE))
+    result = replay(open_scans(SAMPLE))
     first, last = result.under[0], result.rows[-1]
     assert first.speed == pytest.approx(4.0, abs=0.1)
     assert abs(first.nearest.angle) < math.radians(10)
     assert 0.25 < result.least.nearest.ttc < 0.45
     assert first.stamp < result.least.stamp < last.stamp
-    assert result.least_scan.stamp == result.least.stamp
+    assert result.least_frame.stamp == result.least.stamp
     assert (last.speed, last.nearest.status, last.nearest.ttc) == (0.0, Status.NOT_CLOSING, math.inf)
 
 
 def test_speckles_of_the_sample_are_outvoted_and_only_they() -> None:
-    result = replay(open_log(SAMPLE), support=1)
-    plain = replay(open_log(SAMPLE), support=0)
+    result = replay(open_scans(SAMPLE), support=1)
+    plain = replay(open_scans(SAMPLE), support=0)
     assert plain.outvoted == []
     assert 1 <= len(result.outvoted) <= 8
     for row, raw in zip(result.rows, plain.rows, strict=True):
@@ -56,7 +63,7 @@ def test_speckles_of_the_sample_are_outvoted_and_only_they() -> None:
 
 
 def test_each_row_is_what_the_reference_says() -> None:
-    log = open_log(SAMPLE)
+    log = open_scans(SAMPLE)
     specified = reference.ScanTTC(**vars(log.scanner))
     rows = replay(log, support=0).rows
     assert len(rows) == log.frame_count
@@ -77,13 +84,13 @@ def test_recorded_log_without_range_min_is_always_about_to_crash(data: Path) -> 
 
 
 def test_speed_given_replaces_the_speed_of_the_log() -> None:
-    rows = replay(open_log(SAMPLE), speed=-0.5).rows
+    rows = replay(open_scans(SAMPLE), speed=-0.5).rows
     assert {row.speed for row in rows} == {-0.5}
     assert all(abs(row.nearest.angle) > math.pi / 4 for row in rows)  # what is behind
 
 
 def test_a_log_without_speed_asks_for_one(tmp_path: Path) -> None:
-    log = open_log(without({"v"}, tmp_path / "still.npz"))
+    log = open_scans(without({"v"}, tmp_path / "still.npz"))
     with pytest.raises(LogError, match=r"still\.npz: does not know the speed of the vehicle; say it with --speed"):
         replay(log)
     assert len(replay(log, speed=1.0).rows) == log.frame_count
@@ -93,7 +100,7 @@ def test_demo_prints_the_frames_that_matter(capsys: pytest.CaptureFixture[str]) 
     assert main(["demo", "--no-plot", "--rows", "5"]) == 0
     output = capsys.readouterr().out
     rows = [line.split() for line in output.splitlines() if line[:7].split()[-1:] and line[:7].split()[-1].isdigit()]
-    result = replay(open_log(SAMPLE))
+    result = replay(open_scans(SAMPLE))
     marked = {row[0]: row[1] for row in rows if not row[0].isdigit()}
     assert marked["*"] == str(result.least.frame)
     assert marked["<"] == str(result.under[0].frame)
@@ -105,7 +112,7 @@ def test_demo_prints_the_frames_that_matter(capsys: pytest.CaptureFixture[str]) 
 def test_demo_prints_every_row_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["demo", "--no-plot", "--rows", "0"]) == 0
     output = capsys.readouterr().out
-    assert sum("CLOSING" in line for line in output.splitlines()) == len(replay(open_log(SAMPLE)).rows)
+    assert sum("CLOSING" in line for line in output.splitlines()) == len(replay(open_scans(SAMPLE)).rows)
 
 
 def test_demo_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -157,10 +164,11 @@ def test_demo_of_the_recorded_log(data: Path, tmp_path: Path, capsys: pytest.Cap
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        (["demo", "nowhere.npz"], 3, "nowhere.npz: cannot be opened"),
-        (["demo", "scan.xyz"], 3, "scan.xyz: no reader for this kind of file; can read .npz"),
+        (["demo", "nowhere.npz"], 3, "nowhere.npz: cannot be opened: no such file or folder"),
+        (["demo", __file__], 3, "test_demo.py: no reader for this kind of file; can read a NumPy archive (.npz) of"),
         (["demo", "--outline", "1", "0", "-1", "1"], 3, "outline must be"),
         (["demo", "--range-min", "99"], 3, "range_m"),
+        (["demo", "--lane-width", "3"], 2, "--lane-width is for point clouds, and this is a log of laser scans"),
     ],
 )
 def test_errors_name_the_file_and_the_fix(
@@ -187,6 +195,7 @@ def test_a_picture_that_cannot_be_written(tmp_path: Path, capsys: pytest.Capture
         (["demo", "--threshold", "0"], "argument --threshold: must be a finite number above 0, got '0'"),
         (["demo", "--speed", "nan"], "argument --speed: must be a finite number, got 'nan'"),
         (["demo", "--rows", "-1"], "argument --rows: must be a whole number from 0, got '-1'"),
+        (["demo", "log.npz", "--sample", "clouds"], "argument --sample: not allowed with argument PATH"),
         (["bench", "--beams", "0"], "argument --beams: must be a whole number from 1, got '0'"),
     ],
 )
@@ -237,10 +246,10 @@ def test_a_reader_that_stops_early_sees_no_traceback() -> None:
 
 
 def test_bench_compares_and_prints(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "--beams", "64", "--rounds", "3"]) == 0
+    assert main(["bench", "--beams", "64", "--points", "999", "--rounds", "3"]) == 0
     output = capsys.readouterr().out
-    for method in bench.METHODS:
-        assert f".{method} " in output
+    for call in (*(f"ScanTTC.{method} " for method in bench.METHODS), "robust_min_x "):
+        assert call in output
     assert "the answers were compared and agree" in output
 
 
@@ -251,6 +260,12 @@ def test_bench_refuses_to_time_wrong_answers(
         def min(self, *arguments: Any, **keywords: Any) -> Any:
             return 1.01 * super().min(*arguments, **keywords)
 
+    def wrong(points: Any, **settings: Any) -> Any:
+        return right(points - 0.5, **settings)
+
+    right = reference.robust_min_x
     monkeypatch.setattr(reference, "ScanTTC", Wrong)
-    assert main(["bench", "--beams", "64", "--rounds", "3"]) == 1
-    assert "ScanTTC.min and the reference give different answers" in capsys.readouterr().err
+    monkeypatch.setattr(reference, "robust_min_x", wrong)
+    assert main(["bench", "--beams", "64", "--points", "20000", "--rounds", "3"]) == 1
+    said = capsys.readouterr().err
+    assert "ttc-fast: ScanTTC.min, robust_min_x and the reference give different answers" in said

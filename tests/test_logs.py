@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ttc_fast.demo import SAMPLE
-from ttc_fast.logs import LogError, open_log
+from ttc_fast.demo import SAMPLES
+from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
+
+SAMPLE = SAMPLES["scans"]
 
 Arrays = dict[str, Any]
 
@@ -27,6 +29,12 @@ def good() -> Arrays:
     }
 
 
+def open_scans(path: Path) -> ScanLog:
+    log = open_log(path)
+    assert not isinstance(log, CloudLog)
+    return log
+
+
 @pytest.fixture
 def write(tmp_path: Path) -> Callable[[Arrays], Path]:
     def write(arrays: Arrays) -> Path:
@@ -38,7 +46,7 @@ def write(tmp_path: Path) -> Callable[[Arrays], Path]:
 
 
 def test_frames_come_as_they_were_recorded(write: Callable[[Arrays], Path]) -> None:
-    log = open_log(write(good()))
+    log = open_scans(write(good()))
     frames = list(log)
     assert log.frame_count == len(frames) == 3
     assert [frame.stamp for frame in frames] == [0.0, 0.1, 0.2]
@@ -49,12 +57,12 @@ def test_frames_come_as_they_were_recorded(write: Callable[[Arrays], Path]) -> N
 
 
 def test_a_log_can_be_read_twice(write: Callable[[Arrays], Path]) -> None:
-    log = open_log(write(good()))
+    log = open_scans(write(good()))
     assert [frame.stamp for frame in log] == [frame.stamp for frame in log]
 
 
 def test_scanner_holds_what_the_log_says(write: Callable[[Arrays], Path]) -> None:
-    scanner = open_log(write(good())).scanner
+    scanner = open_scans(write(good())).scanner
     assert (scanner.angle_min, scanner.angle_increment, scanner.beams) == (0.0, 0.1, 2)
     assert (scanner.range_min, scanner.range_max) == (0.05, 10.0)
     assert (scanner.mount, scanner.outline) == ((0.0, 0.0, 0.0), None)
@@ -62,14 +70,14 @@ def test_scanner_holds_what_the_log_says(write: Callable[[Arrays], Path]) -> Non
 
 def test_mount_and_outline_are_read(write: Callable[[Arrays], Path]) -> None:
     placed = {"mount": np.array([0.2, 0.0, 0.1]), "outline": np.array([-0.1, 0.4, -0.2, 0.2])}
-    scanner = open_log(write(good() | placed)).scanner
+    scanner = open_scans(write(good() | placed)).scanner
     assert (scanner.mount, scanner.outline) == ((0.2, 0.0, 0.1), (-0.1, 0.4, -0.2, 0.2))
 
 
 def test_a_log_need_not_know_its_motion(write: Callable[[Arrays], Path]) -> None:
     arrays = good()
     del arrays["v"], arrays["w"]
-    assert [(frame.speed, frame.yaw_rate) for frame in open_log(write(arrays))] == [(None, 0.0)] * 3
+    assert [(frame.speed, frame.yaw_rate) for frame in open_scans(write(arrays))] == [(None, 0.0)] * 3
 
 
 @pytest.mark.parametrize("name", ["t", "ranges", "angle_min", "angle_increment", "range_min", "range_max"])
@@ -78,7 +86,7 @@ def test_a_missing_array_is_named(name: str, write: Callable[[Arrays], Path]) ->
     del arrays[name]
     path = write(arrays)
     with pytest.raises(LogError, match=f"has no array {name}; a log needs t, ranges") as error:
-        open_log(path)
+        open_scans(path)
     assert str(error.value).startswith(str(path))
 
 
@@ -102,16 +110,17 @@ def test_a_missing_array_is_named(name: str, write: Callable[[Arrays], Path]) ->
 def test_a_wrong_array_is_named(wrong: Arrays, said: str, write: Callable[[Arrays], Path]) -> None:
     path = write(good() | wrong)
     with pytest.raises(LogError, match=said):
-        open_log(path)
+        open_scans(path)
 
 
-def test_an_unknown_format_is_told_what_can_be_read() -> None:
-    with pytest.raises(LogError, match=r"scan\.xyz: no reader for this kind of file; can read \.npz"):
-        open_log("scan.xyz")
+def test_an_unknown_format_is_told_what_can_be_read(tmp_path: Path) -> None:
+    (tmp_path / "scan.xyz").touch()
+    with pytest.raises(LogError, match=r"scan\.xyz: no reader for this kind of file; can read a NumPy archive"):
+        open_scans(tmp_path / "scan.xyz")
 
 
 def test_a_file_that_is_not_there() -> None:
-    with pytest.raises(LogError, match=r"nowhere\.npz: cannot be opened: No such file"):
+    with pytest.raises(LogError, match=r"nowhere\.npz: cannot be opened: no such file or folder"):
         open_log("nowhere.npz")
 
 
@@ -119,7 +128,7 @@ def test_a_single_array_is_no_archive(tmp_path: Path) -> None:
     np.save(tmp_path / "one.npy", np.ones(3))
     path = (tmp_path / "one.npy").rename(tmp_path / "one.npz")
     with pytest.raises(LogError, match="a single NumPy array, not an archive"):
-        open_log(path)
+        open_scans(path)
 
 
 @pytest.mark.parametrize("content", [b"", b"PK", b"hello, world", b"PK\x03\x04" + bytes(64)])
@@ -127,7 +136,7 @@ def test_what_is_no_archive_at_all(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "log.npz"
     path.write_bytes(content)
     with pytest.raises(LogError, match=r"log\.npz: is not a NumPy archive, or is damaged"):
-        open_log(path)
+        open_scans(path)
 
 
 @pytest.mark.parametrize("tenth", range(10))
@@ -136,7 +145,7 @@ def test_a_truncated_archive_is_an_error_that_names_the_file(tenth: int, tmp_pat
     path = tmp_path / "cut.npz"
     path.write_bytes(whole[: len(whole) * tenth // 10])
     with pytest.raises(LogError, match=r"cut\.npz: is not a NumPy archive, or is damaged"):
-        open_log(path)
+        open_scans(path)
 
 
 def test_a_damaged_archive_is_read_or_refused_but_never_crashes(write: Callable[[Arrays], Path]) -> None:
@@ -149,14 +158,14 @@ def test_a_damaged_archive_is_read_or_refused_but_never_crashes(write: Callable[
         damaged[rng.integers(0, len(whole), 3)] = rng.integers(0, 256, 3)
         path.write_bytes(damaged.tobytes())
         try:
-            list(open_log(path))
+            list(open_scans(path))
         except LogError:
             refused += 1
     assert refused > 400
 
 
 def test_the_sample_is_small_and_complete() -> None:
-    log = open_log(SAMPLE)
+    log = open_scans(SAMPLE)
     assert SAMPLE.stat().st_size <= 250_000
     assert log.scanner.outline == (-0.10, 0.40, -0.15, 0.15)
     assert log.scanner.mount == (0.27, 0.0, 0.0)
@@ -168,7 +177,7 @@ def test_the_sample_is_small_and_complete() -> None:
 
 
 def test_the_sample_has_every_flaw_of_a_real_scanner() -> None:
-    log = open_log(SAMPLE)
+    log = open_scans(SAMPLE)
     ranges = np.array([frame.ranges for frame in log])
     assert ranges.dtype == np.float32
     assert np.isnan(ranges).any()
@@ -179,9 +188,9 @@ def test_the_sample_has_every_flaw_of_a_real_scanner() -> None:
 
 
 def test_the_sample_is_what_its_tool_makes() -> None:
-    tool = Path(__file__).parents[1] / "tools" / "make_sample.py"
+    tool = Path(__file__).parents[1] / "tools" / "make_scan_sample.py"
     if not tool.is_file():
-        pytest.skip("needs tools/make_sample.py, which is only in the source tree")
+        pytest.skip("needs tools/make_scan_sample.py, which is only in the source tree")
     namespace: dict[str, Any] = {"__name__": "make_sample", "__file__": str(tool)}
     exec(compile(tool.read_text(encoding="utf-8"), tool, "exec"), namespace)
     with np.load(SAMPLE) as shipped:
@@ -193,6 +202,6 @@ def test_the_sample_is_what_its_tool_makes() -> None:
 
 
 def test_the_recorded_log_opens(data: Path) -> None:
-    log = open_log(data / "laserscan" / "breezyslam_exp1.npz")
+    log = open_scans(data / "laserscan" / "breezyslam_exp1.npz")
     assert (log.frame_count, log.scanner.beams, log.scanner.range_min) == (756, 682, 0.06)
     assert log.scanner.outline is None

@@ -1,4 +1,4 @@
-"""``ScanTTC`` against the NumPy reference, in one process and in turns, with their answers compared first."""
+"""The kernels against the NumPy reference, in one process and in turns, with their answers compared first."""
 
 from __future__ import annotations
 
@@ -9,16 +9,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from rich.table import Table
 
-from ttc_fast import SIMD_LEVEL, ScanTTC, reference
+import ttc_fast
+from ttc_fast import SIMD_LEVEL, Gate, KthSmallest, reference
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
     from rich.console import Console
 
 MOTION = (3.0, 0.2)  # m/s and rad/s
 METHODS = ("min", "nearest", "per_beam")
+SCANNER: dict[str, Any] = {
+    "range_min": 0.06,
+    "range_max": 30.0,
+    "mount": (0.27, 0.0, 0.0),
+    "outline": (-0.1, 0.4, -0.15, 0.15),
+}
+CLOUD = {"gate": Gate(x=(2.0, 60.0), z=(-1.5, 0.3)), "estimator": KthSmallest(20)}
 RTOL = 1e-6  # of per_beam, which is computed in float32
 TURN = 5e-3  # s that one side gets before the other's turn
 
@@ -27,69 +35,122 @@ class AnswersDifferError(Exception):
     """The kernels and the reference disagree, so that their times mean nothing."""
 
 
-class Timing(NamedTuple):
-    """Medians over all turns of one method, s a call."""
+class Case(NamedTuple):
+    """One call, of both sides.
 
-    method: str
+    Attributes
+    ----------
+    name : str
+        What is called.
+    fast, reference : callable
+        The call, without arguments.
+    size : int
+        Beams or points of the input.
+    agree : bool
+        Whether both sides gave the same answer.
+    """
+
+    name: str
+    fast: Callable[[], Any]
+    reference: Callable[[], Any]
+    size: int
+    agree: bool
+
+
+class Timing(NamedTuple):
+    """Medians over all turns of one call, s, on an input of so many beams or points."""
+
+    name: str
     fast: float
     reference: float
+    size: int
 
 
-def compare(beams: int = 1080, rounds: int = 50) -> list[Timing]:
+def compare(beams: int = 1080, points: int = 100_000, rounds: int = 50) -> list[Timing]:
     """Check the answers, then time both sides in turns, so that a busy machine slows both alike.
 
     Parameters
     ----------
     beams : int
         Of a float32 scan over 270 degrees.
+    points : int
+        Of a float32 cloud.
     rounds : int
         Turns for each side.
 
     Returns
     -------
     list of Timing
-        For each of ``METHODS``.
+        For each of ``METHODS`` of ``ScanTTC``, and for ``robust_min_x``.
 
     Raises
     ------
     AnswersDifferError
         If the two sides disagree.
     """
-    ranges = _scan(beams)
-    setting: dict[str, Any] = {
-        "range_min": 0.06,
-        "range_max": 30.0,
-        "mount": (0.27, 0.0, 0.0),
-        "outline": (-0.1, 0.4, -0.15, 0.15),
-    }
-    angles = (-0.75 * np.pi, 1.5 * np.pi / beams, beams)
-    fast, slow = ScanTTC(*angles, **setting), reference.ScanTTC(*angles, **setting)
-    _check(fast, slow, ranges)
-    return [_time(name, getattr(fast, name), getattr(slow, name), ranges, rounds) for name in METHODS]
+    cases = [*_scan_cases(beams), _cloud_case(points)]
+    wrong = [case.name for case in cases if not case.agree]
+    if wrong:
+        raise AnswersDifferError(f"{', '.join(wrong)} and the reference give different answers; please report it")
+    return [_time(case, rounds) for case in cases]
 
 
-def report(timings: list[Timing], beams: int, console: Console) -> None:
+def report(timings: list[Timing], console: Console) -> None:
     """Print the times as a table.
 
     Parameters
     ----------
     timings : list of Timing
         What ``compare`` gave.
-    beams : int
-        Of each scan.
     console : Console
         Where to.
     """
     table = Table(box=None, header_style="bold", pad_edge=False)
-    table.add_column("ScanTTC")
-    for name in ("ttc_fast", "reference", "ratio", "beams/s"):
+    table.add_column("")
+    for name in ("input", "ttc_fast", "reference", "ratio", "a second"):
         table.add_column(name, justify="right")
-    for method, fast, slow in timings:
+    for name, fast, slow, size in timings:
         times = (f"{1e6 * fast:.2f} µs", f"{1e6 * slow:.1f} µs")
-        table.add_row(f".{method}", *times, f"{slow / fast:.0f} x", f"{beams / fast / 1e6:.0f} M")
-    console.print(f"{beams} float32 beams, whole Python calls, kernels: {SIMD_LEVEL}, NumPy {np.__version__}")
+        table.add_row(name, str(size), *times, f"{slow / fast:.0f} x", f"{size / fast / 1e6:.0f} M")
+    console.print(f"float32 beams or points, whole Python calls, kernels: {SIMD_LEVEL}, NumPy {np.__version__}")
     console.print(table)
     console.print("medians, both sides in turns; the answers were compared and agree")
+
+
+def _scan_cases(beams: int) -> Iterator[Case]:
+    ranges = _scan(beams)
+    angles = (-0.75 * np.pi, 1.5 * np.pi / beams, beams)
+    fast, slow = ttc_fast.ScanTTC(*angles, **SCANNER), reference.ScanTTC(*angles, **SCANNER)
+    for method, agree in _agreement(fast, slow, ranges).items():
+        kernel, specified = (_call(getattr(side, method), ranges, *MOTION) for side in (fast, slow))
+        yield Case(f"ScanTTC.{method}", kernel, specified, beams, agree)
+
+
+def _agreement(fast: ttc_fast.ScanTTC, slow: reference.ScanTTC, ranges: NDArray[np.float32]) -> dict[str, bool]:
+    """Compare what the two sides say, for each of ``METHODS``."""
+    near, far = fast.nearest(ranges, *MOTION), slow.nearest(ranges, *MOTION)
+    status, expected_status = np.empty((2, len(ranges)), np.uint8)
+    per_beam = fast.per_beam(ranges, *MOTION, status_out=status)
+    expected = slow.per_beam(ranges, *MOTION, status_out=expected_status)
+    close = np.allclose(per_beam, expected, rtol=RTOL, atol=0.0)
+    answers = (
+        fast.min(ranges, *MOTION) == slow.min(ranges, *MOTION),
+        (near.ttc, near.status, near.beam) == (far.ttc, far.status, far.beam),
+        close and np.array_equal(status, expected_status),
+    )
+    return dict(zip(METHODS, answers, strict=True))
+
+
+def _cloud_case(points: int) -> Case:
+    cloud = _cloud(points)
+    fast, slow = (_call(side.robust_min_x, cloud, **CLOUD) for side in (ttc_fast, reference))
+    found, expected = fast(), slow()
+    agree = (found.index, found.detection) == (expected.index, expected.detection)
+    return Case("robust_min_x", fast, slow, points, agree and np.array_equal(found.x, expected.x, equal_nan=True))
+
+
+def _call(function: Callable[..., Any], *arguments: Any, **settings: Any) -> Callable[[], Any]:
+    return lambda: function(*arguments, **settings)
 
 
 def _scan(beams: int) -> NDArray[np.float32]:
@@ -103,36 +164,26 @@ def _scan(beams: int) -> NDArray[np.float32]:
     return ranges
 
 
-def _check(fast: ScanTTC, slow: reference.ScanTTC, ranges: NDArray[np.float32]) -> None:
-    near, far = fast.nearest(ranges, *MOTION), slow.nearest(ranges, *MOTION)
-    status, expected_status = np.empty((2, len(ranges)), np.uint8)
-    per_beam = fast.per_beam(ranges, *MOTION, status_out=status)
-    expected = slow.per_beam(ranges, *MOTION, status_out=expected_status)
-    agree = {
-        "min": fast.min(ranges, *MOTION) == slow.min(ranges, *MOTION),
-        "nearest": (near.ttc, near.status, near.beam) == (far.ttc, far.status, far.beam),
-        "per_beam": np.allclose(per_beam, expected, rtol=RTOL, atol=0.0) and np.array_equal(status, expected_status),
-    }
-    wrong = [name for name, same in agree.items() if not same]
-    if wrong:
-        raise AnswersDifferError(
-            f"ScanTTC.{', .'.join(wrong)} and the reference give different answers; please report it"
-        )
+def _cloud(points: int) -> NDArray[np.float32]:
+    """Make rows of x, y, z, intensity all around, on the road and above it; seeded as well."""
+    rng = np.random.default_rng(1)
+    angle, distance = rng.uniform(-np.pi, np.pi, points), rng.uniform(2.5, 60.0, points)
+    x, y = distance * np.cos(angle), distance * np.sin(angle)
+    z = np.where(rng.random(points) < 0.5, -1.7, rng.uniform(-1.7, 2.0, points))
+    return np.column_stack([x, y, z, rng.random(points)]).astype(np.float32)
 
 
-def _time(
-    method: str, fast: Callable[..., Any], slow: Callable[..., Any], ranges: NDArray[np.float32], rounds: int
-) -> Timing:
-    sides = (fast, slow)
-    calls = [max(1, round(TURN / max(_turn(side, ranges, 3), 1e-7))) for side in sides]
-    turns = [[_turn(side, ranges, many) for side, many in zip(sides, calls, strict=True)] for _ in range(rounds)]
-    return Timing(method, *(median(times) for times in zip(*turns, strict=True)))
+def _time(case: Case, rounds: int) -> Timing:
+    sides = (case.fast, case.reference)
+    calls = [max(1, round(TURN / max(_turn(side, 3), 1e-7))) for side in sides]
+    turns = [[_turn(side, many) for side, many in zip(sides, calls, strict=True)] for _ in range(rounds)]
+    fast, slow = (median(times) for times in zip(*turns, strict=True))
+    return Timing(case.name, fast, slow, case.size)
 
 
-def _turn(call: Callable[..., Any], ranges: NDArray[np.float32], calls: int) -> float:
+def _turn(call: Callable[[], Any], calls: int) -> float:
     """Call so many times, and return the seconds of one."""
-    speed, yaw_rate = MOTION
     start = time.perf_counter()
     for _ in range(calls):
-        call(ranges, speed, yaw_rate)
+        call()
     return (time.perf_counter() - start) / calls

@@ -1,6 +1,12 @@
-"""The main job, from end to end: a recorded log through ``ScanTTC.nearest``, as a table and a picture."""
+"""The main job, from end to end: a recorded log in, a table and a picture of its time-to-collision out.
+
+What all demos share is here; what a scan or a cloud needs is in ``scans`` and ``clouds``.
+"""
 
 from pathlib import Path
 
-SAMPLE = Path(__file__).parent.parent / "samples" / "approach.npz"
-"""The approach that the package ships: made by the project, a small car that brakes late for a parked box."""
+_FOLDER = Path(__file__).parent.parent / "samples"
+
+SAMPLES = {"scans": _FOLDER / "approach.npz", "clouds": _FOLDER / "following.npz"}
+"""The logs that the package ships, made by the project: laser scans of a small car that brakes late for a parked box,
+and point clouds of a car that follows another one, which brakes."""

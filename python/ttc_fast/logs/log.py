@@ -1,18 +1,17 @@
-"""What a log is to everything that reads one.
+"""What a log is to everything that reads one, whatever the sensor and the format.
 
-A format is one file beside this one: a class with the attributes of ``ScanLog``, named in ``FORMATS`` of the package.
+A format is one file beside this one: a class with the attributes of ``ScanLog`` or ``CloudLog``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from numpy.typing import NDArray
+FrameT_co = TypeVar("FrameT_co", covariant=True)
 
 
 class LogError(Exception):
@@ -22,56 +21,8 @@ class LogError(Exception):
         super().__init__(f"{path}: {problem}")
 
 
-@dataclass(frozen=True)
-class Scanner:
-    """The scanner of a log, and where it sits: arguments of ``ScanTTC``, by their names there.
-
-    Attributes
-    ----------
-    angle_min, angle_increment : float
-        rad, in the sensor frame.
-    beams : int
-        Readings of each scan.
-    range_min, range_max : float
-        m; finite readings outside are discarded.
-    mount : (float, float, float)
-        x, y (m) and yaw (rad) in the vehicle frame.
-    outline : (float, float, float, float) or None
-        x_rear, x_front, y_right, y_left of the vehicle, m; None when the log does not say.
-    """
-
-    angle_min: float
-    angle_increment: float
-    beams: int
-    range_min: float
-    range_max: float
-    mount: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    outline: tuple[float, float, float, float] | None = None
-
-
-class ScanFrame(NamedTuple):
-    """One scan and the motion of the vehicle at that time.
-
-    Attributes
-    ----------
-    stamp : float
-        s, since whatever the log counts from.
-    ranges : ndarray, float32 or float64, shape (beams,)
-        m, as recorded: error codes, NaN and inf included. Stays as it is when the log is read on.
-    speed : float or None
-        Of the vehicle's origin, forward, m/s, negative when reversing; None when the log does not know.
-    yaw_rate : float
-        Counter-clockwise, rad/s; 0 when the log does not know.
-    """
-
-    stamp: float
-    ranges: NDArray[Any]
-    speed: float | None
-    yaw_rate: float = 0.0
-
-
-class ScanLog(Protocol):
-    """A log of laser scans. Iterating reads it from the start, in the order of its stamps.
+class Log(Protocol[FrameT_co]):
+    """A recording. Iterating reads it from the start, in the order of its stamps, which increase.
 
     What a reader can know before reading is checked when it is made; iterating may raise ``LogError`` at a damaged
     record, after the frames before it.
@@ -82,12 +33,8 @@ class ScanLog(Protocol):
         """Where it was read from, for messages."""
 
     @property
-    def scanner(self) -> Scanner:
-        """The scanner of every frame."""
-
-    @property
     def frame_count(self) -> int | None:
         """How many frames there are; None when only reading tells."""
 
-    def __iter__(self) -> Iterator[ScanFrame]:
+    def __iter__(self) -> Iterator[FrameT_co]:
         """All frames."""

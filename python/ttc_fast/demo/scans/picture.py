@@ -1,4 +1,4 @@
-"""The picture of a replayed log: time-to-collision and speed over time, and the worst moment from above."""
+"""The picture of a replayed log of scans: TTC and speed over time, and the worst moment from above."""
 
 from __future__ import annotations
 
@@ -6,35 +6,44 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
-from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
 from ttc_fast import Status
+from ttc_fast.demo.picture import (
+    ALARM,
+    INK,
+    LINE,
+    QUIET,
+    draw_ttc,
+    label_seconds,
+    legend_above,
+    mark_on_top,
+    open_figure,
+    quieten,
+    title_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.collections import PathCollection
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from ttc_fast.demo.replay import Replay
+    from ttc_fast.demo.scans.replay import ScanReplay
     from ttc_fast.logs import Scanner
 
-INK, QUIET, ALARM, LINE = "#22303c", "#98a4b0", "#d1352b", "#1f6f8b"
 LONGEST = 10.0  # s; the axis ends there, a longer TTC is as good as none
 SHORTEST = 0.02  # s; and here, contact is drawn on the edge
 CLOSEST_VIEW = 2.5  # m to each side that the view from above shows at least
-TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # s
 URGENCY = LinearSegmentedColormap.from_list("urgency", (ALARM, "#f0a04b", "#8db9cc"))
 
 
-def draw(result: Replay, title: str) -> Figure:
+def draw(result: ScanReplay, title: str) -> Figure:
     """Draw a replayed log.
 
     Parameters
     ----------
-    result : Replay
+    result : ScanReplay
         At least one frame.
     title : str
         Above it all.
@@ -44,8 +53,7 @@ def draw(result: Replay, title: str) -> Figure:
     matplotlib.figure.Figure
         With its own canvas, so that no display is needed; save it with ``savefig``.
     """
-    figure = Figure(figsize=(11, 5), layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left", color=INK, fontsize=12, fontweight="bold")
+    figure = open_figure(title)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.25, 1), height_ratios=(2.2, 1))
     over_time = figure.add_subplot(grid[0, 0])
     speed = figure.add_subplot(grid[1, 0], sharex=over_time)
@@ -57,71 +65,37 @@ def draw(result: Replay, title: str) -> Figure:
     return figure
 
 
-def _draw_ttc(axes: Axes, result: Replay) -> None:
-    """Draw TTC over time, on a logarithmic axis."""
-    stamps = np.array([row.stamp for row in result.rows])
-    ttc = np.array([row.nearest.ttc for row in result.rows])
-    lowest = min([result.threshold, *ttc, *(row.lone_ttc for row in result.outvoted)])
+def _draw_ttc(axes: Axes, result: ScanReplay) -> None:
+    """Draw TTC over time, and what would have made it shorter."""
+    lowest = min(result.threshold, *(row.lone_ttc for row in result.rows))
     low = min(max(0.7 * lowest, SHORTEST), 0.5 * LONGEST)
-    shown = np.where(np.isfinite(ttc), np.clip(ttc, low, None), np.nan)
-    axes.set(yscale="log", ylabel="time to collision, s")
-    _label(axes.yaxis)
-    axes.set_ylim(low, LONGEST)
-    axes.axhspan(low, result.threshold, color=ALARM, alpha=0.07, lw=0)
-    axes.axhline(result.threshold, color=ALARM, lw=1, ls=(0, (5, 3)), label=f"threshold {result.threshold:g} s")
-    axes.plot(stamps, shown, color=LINE, lw=1.8, label="nearest beam")
-    under = shown < result.threshold
-    axes.plot(stamps, np.where(under, shown, np.nan), color=ALARM, lw=2.4)
+    draw_ttc(axes, result, "nearest beam", low, LONGEST)
     if result.outvoted:
         lone = np.clip([row.lone_ttc for row in result.outvoted], low, None)
         when = [row.stamp for row in result.outvoted]
         axes.plot(when, lone, "o", mfc="none", color=QUIET, ms=5, label="outvoted reading")
+    stamps, ttc = np.array([(row.stamp, row.ttc) for row in result.rows]).T
     status = np.array([row.nearest.status for row in result.rows])
-    _mark_on_top(axes, stamps[np.isinf(ttc) & (status != Status.NO_DATA)], QUIET, "nothing closes")
-    _mark_on_top(axes, stamps[status == Status.NO_DATA], ALARM, "nothing valid seen")
-    if np.isfinite(result.least.nearest.ttc):
-        axes.plot(result.least.stamp, max(result.least.nearest.ttc, low), "o", color=ALARM, mec="white", ms=9, zorder=3)
-    axes.legend(
-        loc="lower left",
-        bbox_to_anchor=(-0.01, 0.99),
-        ncols=5,
-        frameon=False,
-        fontsize=8.5,
-        labelcolor=INK,
-        handlelength=1.4,
-        columnspacing=1.1,
-    )
+    mark_on_top(axes, stamps[np.isinf(ttc) & (status != Status.NO_DATA)], QUIET, "nothing closes")
+    mark_on_top(axes, stamps[status == Status.NO_DATA], ALARM, "nothing valid seen")
+    legend_above(axes)
     axes.tick_params(labelbottom=False)
-    _quieten(axes)
+    quieten(axes)
 
 
-def _label(axis: Axis) -> None:
-    """Label a logarithmic axis of seconds in steps of 1, 2 and 5."""
-    axis.set_major_locator(FixedLocator(TICKS))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_locator(NullLocator())
-
-
-def _mark_on_top(axes: Axes, stamps: NDArray[Any], colour: str, label: str) -> None:
-    """Mark the frames that have no TTC, along the upper edge."""
-    if len(stamps):
-        edge = axes.get_xaxis_transform()
-        axes.plot(stamps, np.full(len(stamps), 0.985), "|", color=colour, ms=7, transform=edge, label=label)
-
-
-def _draw_speed(axes: Axes, result: Replay) -> None:
+def _draw_speed(axes: Axes, result: ScanReplay) -> None:
     stamps, speed = [row.stamp for row in result.rows], [row.speed for row in result.rows]
     axes.fill_between(stamps, speed, color=LINE, alpha=0.12, lw=0)
     axes.plot(stamps, speed, color=LINE, lw=1.8)
     axes.axvline(result.least.stamp, color=ALARM, lw=1, alpha=0.5)
     axes.set(xlabel="time, s", ylabel="speed, m/s")
     axes.margins(x=0.01)
-    _quieten(axes)
+    quieten(axes)
 
 
-def _draw_from_above(axes: Axes, result: Replay) -> PathCollection:
+def _draw_from_above(axes: Axes, result: ScanReplay) -> PathCollection:
     """Draw the scan of the least TTC in the vehicle frame, ahead is up and left is left; return the coloured dots."""
-    frame, scanner = result.least_scan, result.scanner
+    frame, scanner = result.least_frame, result.scanner
     status = np.empty(scanner.beams, np.uint8)
     ttc = result.scan.per_beam(frame.ranges, result.least.speed, frame.yaw_rate, status_out=status)
     seen = np.isin(status, (Status.NOT_CLOSING, Status.CLOSING, Status.CONTACT)) & np.isfinite(frame.ranges)
@@ -129,11 +103,11 @@ def _draw_from_above(axes: Axes, result: Replay) -> PathCollection:
     ttc = np.maximum(ttc[seen], SHORTEST)
     closing = ttc < LONGEST
     axes.plot(y[~closing], x[~closing], ".", color=QUIET, ms=4, mew=0)
-    scale = LogNorm(np.clip(result.least.nearest.ttc, SHORTEST, 0.5 * LONGEST), LONGEST)
+    scale = LogNorm(np.clip(result.least.ttc, SHORTEST, 0.5 * LONGEST), LONGEST)
     dots = axes.scatter(y[closing], x[closing], c=ttc[closing], s=14, cmap=URGENCY, norm=scale, lw=0)
     _draw_vehicle(axes, scanner)
     axes.set_aspect("equal")
-    _quieten(axes)
+    quieten(axes)
     _draw_nearest(axes, result)
     axes.set(xlabel="y, m", ylabel="x, m")
     return dots
@@ -144,7 +118,7 @@ def _draw_scale(figure: Figure, axes: Axes, dots: PathCollection) -> None:
     bar = figure.colorbar(dots, ax=axes, shrink=0.75, aspect=40, pad=0.03)
     bar.set_label("time to collision of each beam, s", color=INK, fontsize=9)
     bar.outline.set_visible(False)
-    _label(bar.ax.yaxis)
+    label_seconds(bar.ax.yaxis)
     bar.ax.tick_params(colors=INK, labelsize=8.5, which="both")
 
 
@@ -157,7 +131,7 @@ def _draw_vehicle(axes: Axes, scanner: Scanner) -> None:
     axes.plot(scanner.mount[1], scanner.mount[0], "o", color="white", mec=INK, ms=4, zorder=4)
 
 
-def _draw_nearest(axes: Axes, result: Replay) -> None:
+def _draw_nearest(axes: Axes, result: ScanReplay) -> None:
     """Mark the beam that decided, and show what lies around it and the vehicle."""
     nearest, scanner = result.least.nearest, result.scanner
     angle, distance = (nearest.angle, nearest.range) if nearest.beam >= 0 else (0.0, 0.0)
@@ -165,16 +139,14 @@ def _draw_nearest(axes: Axes, result: Replay) -> None:
     half = max(0.85 * distance + 0.8, CLOSEST_VIEW)
     axes.set(xlim=(y / 2 + half, y / 2 - half), ylim=(x / 2 - half, x / 2 + half))  # y grows to the left
     if nearest.beam < 0:
-        axes.set_title("nothing closes in any frame", color=INK, fontsize=10, loc="left")
+        title_of(axes, "nothing closes in any frame")
         return
     axes.plot([scanner.mount[1], y], [scanner.mount[0], x], color=INK, lw=1.2, zorder=3)
     axes.plot(y, x, "o", mfc="none", mec=INK, mew=1.8, ms=12, zorder=4)
-    axes.set_title(
+    title_of(
+        axes,
         f"{nearest.ttc:.2f} s to collision at t = {result.least.stamp:.2f} s\n"
         f"{nearest.clearance:.2f} m left, closing at {nearest.closing_speed:.2f} m/s",
-        color=INK,
-        fontsize=10,
-        loc="left",
     )
 
 
@@ -182,13 +154,3 @@ def _to_vehicle(scanner: Scanner, angles: NDArray[Any], ranges: NDArray[Any]) ->
     """Turn readings into points x, y of the vehicle frame."""
     x, y, yaw = scanner.mount
     return x + ranges * np.cos(angles + yaw), y + ranges * np.sin(angles + yaw)
-
-
-def _quieten(axes: Axes) -> None:
-    """Leave of the frame what carries information."""
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(QUIET)
-    axes.tick_params(colors=INK, labelsize=9, which="both")
-    axes.xaxis.label.set_color(INK)
-    axes.yaxis.label.set_color(INK)
-    axes.grid(visible=True, color=QUIET, alpha=0.2, lw=0.6)

@@ -1,0 +1,85 @@
+"""The command ``ttc-fast``: arguments in, exit codes out. Each of its commands is a file here."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+from ttc_fast import SIMD_LEVEL
+from ttc_fast.cli import bench, demo
+from ttc_fast.cli.exits import DONE, EXIT_CODES, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
+from ttc_fast.logs import LogError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command ``ttc-fast``.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments; those of the process when None.
+
+    Returns
+    -------
+    int
+        Exit code, as ``ttc-fast --help`` lists them.
+
+    Raises
+    ------
+    SystemExit
+        With a code of the same list: from argparse, after ``--help`` or a command line that makes no sense; from rich,
+        when nobody reads the output any more.
+
+    Examples
+    --------
+    >>> from ttc_fast.cli import main
+    >>> main(["demo", "scan.xyz", "--no-plot"])  # an error, on standard error
+    3
+    """
+    arguments = _parser().parse_args(argv)
+    try:
+        arguments.run(arguments)
+    except LogError as error:
+        return _complain(UNREADABLE, str(error))
+    except CommandError as error:
+        return _complain(error.code, str(error))
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in ("rich", "matplotlib"):
+            raise
+        return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: pip install 'ttc-fast[demo]'")
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return DONE
+
+
+def _complain(code: int, problem: str) -> int:
+    print(f"ttc-fast: {problem}", file=sys.stderr)
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="ttc-fast",
+        description="Time to collision from recorded laser scans and point clouds.",
+        epilog=EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"ttc-fast {version('ttc-fast')}, kernels: {SIMD_LEVEL}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    for name, command in (("demo", demo), ("bench", bench)):
+        options = commands.add_parser(
+            name,
+            help=command.SUMMARY,
+            description=command.DESCRIPTION,
+            epilog=EXIT_CODES,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        command.add_options(options)
+        options.set_defaults(run=command.run)
+    return parser

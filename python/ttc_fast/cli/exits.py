@@ -1,0 +1,20 @@
+"""How the command ends."""
+
+DONE, FAILED, USAGE, UNREADABLE, MISSING_EXTRA, INTERRUPTED = 0, 1, 2, 3, 4, 130
+EXIT_CODES = f"""\
+exit codes:
+  {DONE}    done
+  {FAILED}    the output could not be written, or the answers of bench differ
+  {USAGE}    the command line makes no sense
+  {UNREADABLE}    the log cannot be read, or makes no sense with these settings
+  {MISSING_EXTRA}    an optional package is missing: pip install 'ttc-fast[demo]'
+  {INTERRUPTED}  interrupted
+"""
+
+
+class CommandError(Exception):
+    """Something went wrong that a person can put right."""
+
+    def __init__(self, code: int, problem: str) -> None:
+        super().__init__(problem)
+        self.code = code

@@ -1,0 +1,1 @@
+"""Logs of laser scans through ``ttc_fast.ScanTTC.nearest``."""

@@ -1,0 +1,67 @@
+"""What a log of laser scans gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from ttc_fast.logs.log import Log
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """The scanner of a log, and where it sits: arguments of ``ScanTTC``, by their names there.
+
+    Attributes
+    ----------
+    angle_min, angle_increment : float
+        rad, in the sensor frame.
+    beams : int
+        Readings of each scan.
+    range_min, range_max : float
+        m; finite readings outside are discarded.
+    mount : (float, float, float)
+        x, y (m) and yaw (rad) in the vehicle frame.
+    outline : (float, float, float, float) or None
+        x_rear, x_front, y_right, y_left of the vehicle, m; None when the log does not say.
+    """
+
+    angle_min: float
+    angle_increment: float
+    beams: int
+    range_min: float
+    range_max: float
+    mount: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    outline: tuple[float, float, float, float] | None = None
+
+
+class ScanFrame(NamedTuple):
+    """One scan and the motion of the vehicle at that time.
+
+    Attributes
+    ----------
+    stamp : float
+        s, since whatever the log counts from.
+    ranges : ndarray, float32 or float64, shape (beams,)
+        m, as recorded: error codes, NaN and inf included. Stays as it is when the log is read on.
+    speed : float or None
+        Of the vehicle's origin, forward, m/s, negative when reversing; None when the log does not know.
+    yaw_rate : float
+        Counter-clockwise, rad/s; 0 when the log does not know.
+    """
+
+    stamp: float
+    ranges: NDArray[Any]
+    speed: float | None
+    yaw_rate: float = 0.0
+
+
+class ScanLog(Log[ScanFrame], Protocol):
+    """A log of laser scans."""
+
+    @property
+    def scanner(self) -> Scanner:
+        """The scanner of every frame."""
