@@ -81,5 +81,8 @@ def _summary(result: CloudReplay) -> Iterator[tuple[str, str]]:
         if many:
             yield f"  {status.name.lower().replace('_', ' ')}", f"{told} in {frames(many)}"
     yield "  gate", f"{result.gate}"
-    bumper = f"the bumper, {result.front_offset:g} m ahead of it" if result.front_offset else "it: say --front-offset"
-    yield "  estimator", f"{result.estimator}; x is from the sensor, distance from {bumper}"
+    yield "  estimator", f"{result.estimator}"
+    if result.front_offset:
+        yield "  distance", f"from the bumper, {result.front_offset:g} m ahead of the sensor"
+    else:
+        yield "  distance", "from the sensor; say how far ahead of it the bumper is with --front-offset"
