@@ -66,7 +66,22 @@ fn within<T: Copy + PartialOrd>(x: &Lanes<T>, low: &Lanes<T>, high: &Lanes<T>) -
 #[derive(Clone, Copy)]
 struct Baseline;
 
+#[cfg(not(target_arch = "x86_64"))]
 impl Instructions for Baseline {}
+
+/// Every x86-64 processor has SSE2.
+#[cfg(target_arch = "x86_64")]
+impl Instructions for Baseline {
+    #[inline(always)]
+    fn within_f32(self, x: &Lanes<f32>, low: &Lanes<f32>, high: &Lanes<f32>) -> u16 {
+        x86::within_sse2_f32(x, low, high)
+    }
+
+    #[inline(always)]
+    fn within_f64(self, x: &Lanes<f64>, low: &Lanes<f64>, high: &Lanes<f64>) -> u16 {
+        x86::within_sse2_f64(x, low, high)
+    }
+}
 
 impl Level {
     /// What every processor of the family has.
@@ -165,12 +180,43 @@ fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{Instructions, Lanes};
+    use super::{Instructions, LANES, Lanes};
     use std::arch::x86_64::{
-        _CMP_GE_OQ, _CMP_LE_OQ, _mm256_and_pd, _mm256_and_ps, _mm256_cmp_pd, _mm256_cmp_ps, _mm256_loadu_pd,
-        _mm256_loadu_ps, _mm256_movemask_pd, _mm256_movemask_ps, _mm512_cmp_pd_mask, _mm512_cmp_ps_mask,
-        _mm512_loadu_pd, _mm512_loadu_ps, _mm512_mask_cmp_pd_mask, _mm512_mask_cmp_ps_mask,
+        _CMP_GE_OQ, _CMP_LE_OQ, _mm_and_pd, _mm_and_ps, _mm_cmpge_pd, _mm_cmpge_ps, _mm_cmple_pd, _mm_cmple_ps,
+        _mm_loadu_pd, _mm_loadu_ps, _mm_movemask_pd, _mm_movemask_ps, _mm256_and_pd, _mm256_and_ps, _mm256_cmp_pd,
+        _mm256_cmp_ps, _mm256_loadu_pd, _mm256_loadu_ps, _mm256_movemask_pd, _mm256_movemask_ps, _mm512_cmp_pd_mask,
+        _mm512_cmp_ps_mask, _mm512_loadu_pd, _mm512_loadu_ps, _mm512_mask_cmp_pd_mask, _mm512_mask_cmp_ps_mask,
     };
+
+    #[inline(always)]
+    pub fn within_sse2_f32(x: &Lanes<f32>, low: &Lanes<f32>, high: &Lanes<f32>) -> u16 {
+        let mut bits = 0;
+        for at in (0..LANES).step_by(4) {
+            // SAFETY: every x86-64 processor has SSE2; each array holds 4 numbers from `at`, at most 12.
+            bits |= unsafe {
+                let x = _mm_loadu_ps(x.as_ptr().add(at));
+                let above = _mm_cmpge_ps(x, _mm_loadu_ps(low.as_ptr().add(at)));
+                let below = _mm_cmple_ps(x, _mm_loadu_ps(high.as_ptr().add(at)));
+                low_bits(_mm_movemask_ps(_mm_and_ps(above, below))) << at
+            };
+        }
+        bits
+    }
+
+    #[inline(always)]
+    pub fn within_sse2_f64(x: &Lanes<f64>, low: &Lanes<f64>, high: &Lanes<f64>) -> u16 {
+        let mut bits = 0;
+        for at in (0..LANES).step_by(2) {
+            // SAFETY: every x86-64 processor has SSE2; each array holds 2 numbers from `at`, at most 14.
+            bits |= unsafe {
+                let x = _mm_loadu_pd(x.as_ptr().add(at));
+                let above = _mm_cmpge_pd(x, _mm_loadu_pd(low.as_ptr().add(at)));
+                let below = _mm_cmple_pd(x, _mm_loadu_pd(high.as_ptr().add(at)));
+                low_bits(_mm_movemask_pd(_mm_and_pd(above, below))) << at
+            };
+        }
+        bits
+    }
 
     /// A movemask of at most 8 lanes.
     #[inline(always)]

@@ -7,7 +7,7 @@
 use super::candidates::Candidate;
 use super::estimator::Estimate;
 use crate::real::Real;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 type Point = [f64; 3];
 type Cell = [i64; 3];
@@ -31,20 +31,28 @@ pub(super) fn nearest<T: Real>(
     None
 }
 
-/// Points that no cluster has yet, by cell.
+/// The end of a list.
+const END: u32 = u32::MAX;
+
+/// Points that no cluster has yet, a linked list for each cell.
 struct Grid<'a> {
     points: &'a [Point],
     tolerance: f64,
     /// Width of a cell: a hair more than the longest link, so that rounding a coordinate never hides one.
     width: f64,
-    cells: HashMap<Cell, Vec<usize>>,
+    /// The first point of each cell.
+    first: FxHashMap<Cell, u32>,
+    /// The point after each in its cell.
+    next: Vec<u32>,
 }
 
 impl<'a> Grid<'a> {
     fn new(points: &'a [Point], tolerance: f64) -> Self {
-        let mut grid = Grid { points, tolerance, width: tolerance * (1.0 + 1e-9), cells: HashMap::new() };
-        for (i, point) in points.iter().enumerate() {
-            grid.cells.entry(grid.cell(point)).or_default().push(i);
+        let (width, next) = (tolerance * (1.0 + 1e-9), vec![END; points.len()]);
+        let mut grid = Grid { points, tolerance, width, first: FxHashMap::default(), next };
+        for (i, point) in (0..).zip(points) {
+            let before = grid.first.insert(grid.cell(point), i);
+            grid.next[i as usize] = before.unwrap_or(END);
         }
         grid
     }
@@ -56,16 +64,17 @@ impl<'a> Grid<'a> {
 
     /// Take the cluster of point `seed` out of the grid; how many points it has, 0 if it was taken before.
     fn grow(&mut self, seed: usize) -> usize {
-        let mut found = self.take(&self.cell(&self.points[seed]), |i| i == seed);
+        let mut found = Vec::new();
+        self.take(&self.cell(&self.points[seed]), &mut found, |i| i == seed);
         let mut grown = 0;
         while grown < found.len() {
             let point = self.points[found[grown]];
             let [x, y, z] = self.cell(&point);
+            let (points, limit) = (self.points, self.tolerance * self.tolerance);
             for step in 0..27 {
                 let around = |axis: i64, divisor: i64| axis.saturating_add(step / divisor % 3 - 1);
                 let cell = [around(x, 1), around(y, 3), around(z, 9)];
-                let (points, limit) = (self.points, self.tolerance * self.tolerance);
-                found.extend(self.take(&cell, |i| squared_distance(&point, &points[i]) <= limit));
+                self.take(&cell, &mut found, |i| squared_distance(&point, &points[i]) <= limit);
             }
             grown += 1;
         }
@@ -73,8 +82,19 @@ impl<'a> Grid<'a> {
     }
 
     /// Take the points of a cell out of the grid that `linked` accepts.
-    fn take(&mut self, cell: &Cell, linked: impl Fn(usize) -> bool) -> Vec<usize> {
-        self.cells.get_mut(cell).map_or_else(Vec::new, |members| members.extract_if(.., |i| linked(*i)).collect())
+    fn take(&mut self, cell: &Cell, found: &mut Vec<usize>, linked: impl Fn(usize) -> bool) {
+        let Some(first) = self.first.get_mut(cell) else { return };
+        let (mut at, mut kept) = (*first, END);
+        while at != END {
+            let (i, next) = (at as usize, self.next[at as usize]);
+            if linked(i) {
+                found.push(i);
+                if kept == END { *first = next } else { self.next[kept as usize] = next }
+            } else {
+                kept = at;
+            }
+            at = next;
+        }
     }
 }
 
