@@ -42,14 +42,15 @@ def step_of(step: int, lead: int, apart: int = 0) -> Layout:
 
     def lay(columns: Columns) -> Array:
         size = columns[0].itemsize
-        layout = {
-            "names": ["x", "y", "z", "intensity"][: len(columns)],
+        names = ["x", "y", "z", "intensity"][: len(columns)]
+        layout: Any = {
+            "names": names,
             "formats": [column.dtype for column in columns],
             "offsets": [lead, lead + size, lead + 2 * size, lead + 3 * size + apart][: len(columns)],
             "itemsize": step,
         }
-        points = np.full(len(columns[0]) * step, 0x41, np.uint8).view(np.dtype(layout))
-        for name, column in zip(layout["names"], columns, strict=True):
+        points: Array = np.full(len(columns[0]) * step, 0x41, np.uint8).view(np.dtype(layout))
+        for name, column in zip(names, columns, strict=True):
             points[name] = column
         return points
 
@@ -159,7 +160,7 @@ def expected() -> dict[tuple[str, bool], list[Any]]:
     return {
         (dtype, bright): everything(plain[dtype][:, : 3 + bright].copy(), bright)
         for dtype in DTYPES
-        for bright in (0, 1)
+        for bright in (False, True)
     }
 
 
@@ -273,7 +274,8 @@ def test_a_memory_map(tmp_path: Path) -> None:
 
 
 def test_two_clouds_in_two_layouts() -> None:
-    before, now = make_points(POINTS, "float32"), make_points(POINTS, "float32") - np.float32([0.5, 0, 0, 0])
+    before, now = make_points(POINTS, "float32"), make_points(POINTS, "float32")
+    now[:, 0] -= 0.5
     plain = ttc_fast.ttc_from_clouds(before, now, 0.1)
     mixed = ttc_fast.ttc_from_clouds(step_of(22, 1)(tuple(before.T)), np.asfortranarray(now), 0.1)
     assert (plain.ttc, plain.status, plain.closing_speed) == (mixed.ttc, mixed.status, mixed.closing_speed)
