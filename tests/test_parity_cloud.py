@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
@@ -187,6 +188,37 @@ def test_links_exactly_as_long_as_the_tolerance(spacing: float, dtype: Any) -> N
             assert_parity(points, Gate(), ttc_fast.Cluster(tolerance, min_points))
 
 
+@pytest.mark.parametrize("direction", list(itertools.product([-1, 0, 1], repeat=3)), ids=str)
+def test_links_in_every_direction(direction: tuple[int, int, int]) -> None:
+    """Two points a little less apart than the tolerance, and a little more, anywhere in a grid of cells."""
+    apart = np.array(direction) / max(math.hypot(*direction), 1)
+    for place in np.random.default_rng(6).uniform(-1, 1, (40, 3)):
+        for length in (0.99, 1.01):
+            points = np.array([place, place + length * apart]) + np.array([9, 0, 0])
+            assert_parity(points, Gate(), ttc_fast.Cluster(1.0, 2))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_links_of_a_random_walk(seed: int) -> None:
+    """Clusters that are grown forwards, backwards and sideways, and fall apart as the tolerance shrinks."""
+    steps = np.random.default_rng(seed).normal(0, 1, (500, 3))
+    walk = np.cumsum(steps / np.linalg.norm(steps, axis=1, keepdims=True), axis=0)
+    for tolerance in (1.001, 0.95, 0.8, 0.6):
+        for min_points in (2, 20, 200, 500):
+            assert_parity(walk + np.array([60, 0, 0]), Gate(y=(-99, 99)), ttc_fast.Cluster(tolerance, min_points))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("gap", [0.5, 1.0, 0.1])
+def test_a_gap_exactly_as_wide(gap: float, dtype: Any) -> None:
+    """Support ends with the gap, its end included."""
+    points = np.zeros((40, 3), dtype)
+    points[:, 0] = np.arange(1, 41) * gap
+    for count in (1, 2, 3):
+        assert_parity(points, Gate(), ttc_fast.Supported(count, gap))
+    assert_parity(points, Gate(), ttc_fast.Supported(3, 2 * gap))
+
+
 def chain(size: int) -> NDArray[np.float64]:
     """A spiral of points, each linked to the next only."""
     turn = np.arange(size) * 0.1
@@ -220,6 +252,7 @@ GATES: dict[str, Callable[[float], Gate]] = {
     "flipped": lambda bound: Gate(
         x=(-math.inf, math.inf), axes=("-z", "x", "-y"), y=(-bound, math.inf), z=(-5, -bound)
     ),
+    "low height": lambda bound: Gate(road=ttc_fast.Road(0, 0, 0), height=(bound, math.inf)),
     "curved": lambda bound: Gate(x=(bound, math.inf), curvature=1e-12),
 }
 

@@ -94,7 +94,8 @@ def checked_gate(gate: Any) -> Gate:
 def _oriented(xyz: Floats, axis: str) -> Floats:
     """Give one of forward, left and up, which is stored where ``axis`` says, with "-" if it points the other way."""
     stored: Floats = xyz[COORDINATES.index(axis.removeprefix("-"))]
-    return -stored if axis.startswith("-") else stored
+    # Not -stored: that would give 0 a sign, which decides on which way round half a turn along the path is.
+    return 0 - stored if axis.startswith("-") else stored
 
 
 def _within(values: NDArray[Any], bounds: tuple[float, float]) -> Bools:
