@@ -39,7 +39,7 @@ def candidates(cloud: Cloud, gate: Gate) -> Candidates:
     if gate.intensity is not None and cloud.intensity is None:
         raise ValueError("gate has bounds on intensity, but the points have no intensity")
     forward, left, up = (_oriented(cloud.xyz, axis) for axis in gate.axes)
-    x, y = (forward, left) if gate.curvature == 0 else path_coordinates(forward, left, gate.curvature)
+    x, y = (forward, left) if abs(gate.curvature) < np.finfo(np.float64).tiny else path_coordinates(forward, left, gate.curvature)
 
     inside = cloud.valid() & _within(x, gate.x) & _within(y, gate.y)
     if gate.z is not None:
@@ -66,7 +66,7 @@ def path_coordinates(x: Floats, y: Floats, curvature: float) -> tuple[Doubles, D
     """
     x, y = x.astype(np.float64), y.astype(np.float64)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        ahead, across = curvature * x, 1 - curvature * y
+        ahead, across = curvature * x + 0.0, 1 - curvature * y  # + 0.0: the sign of a zero would be half a turn
         angle = np.array(
             [math.atan2(*point) for point in zip(ahead.tolist(), across.tolist(), strict=True)], np.float64
         )

@@ -33,6 +33,10 @@ macro_rules! estimator {
                 format!(concat!(stringify!($name), "({})"), settings.join(", "))
             }
 
+            fn __hash__(&self) -> u64 {
+                crate::hash(&self.__repr__())
+            }
+
             fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
                 let settings: Vec<Bound<'py, PyAny>> = vec![$(self.$setting.into_bound_py_any(py)?),*];
                 PyTuple::new(py, settings)

@@ -60,6 +60,10 @@ impl NeighbourSupport {
         format!("NeighbourSupport(count={}, window={}, gap={})", self.count, self.window, self.gap)
     }
 
+    fn __hash__(&self) -> u64 {
+        crate::hash(&self.__repr__())
+    }
+
     fn __getnewargs__(&self) -> (usize, usize, f64) {
         (self.count, self.window, self.gap)
     }

@@ -107,7 +107,8 @@ impl<'py> Cloud<'py> {
                 )));
             }
         };
-        if let Some(odd) = arrays.iter().find(|array| array.shape() != xyz[0].shape() || array.ndim() > 2) {
+        let ndim = xyz[0].ndim();
+        if let Some(odd) = arrays.iter().find(|array| array.shape() != xyz[0].shape() || !(1..=2).contains(&ndim)) {
             return Err(PyValueError::new_err(format!(
                 "{argument} must have columns of one shape, (N,) or (H, W), got {:?} and {:?}",
                 xyz[0].shape(),
@@ -119,8 +120,16 @@ impl<'py> Cloud<'py> {
             (Some(xyz), _) => AnyPoints::Single(points(xyz, intensity)?),
             (_, Some(xyz)) => AnyPoints::Double(points(xyz, intensity)?),
             _ => {
-                let odd = xyz.iter().find(|array| separate::<f32>([array; 3]).is_none());
-                return Err(wrong_dtype(argument, odd.unwrap_or(&xyz[0])));
+                let dtypes = xyz.map(|array| array.dtype().to_string());
+                let known = |name: &String| name == "float32" || name == "float64";
+                if dtypes.iter().all(known) {
+                    let [x, y, z] = dtypes;
+                    return Err(PyTypeError::new_err(format!(
+                        "{argument} must have x, y and z of the same dtype, float32 or float64, got {x}, {y} and {z}"
+                    )));
+                }
+                let odd = dtypes.iter().position(|name| !known(name)).unwrap_or(0);
+                return Err(wrong_dtype(argument, xyz[odd]));
             }
         };
         Ok(Cloud { points, _arrays: arrays })

@@ -42,7 +42,7 @@ impl<T: Real> Candidates<T> {
     /// Every candidate, or at least the nearest `wanted` of them.
     pub(super) fn gather(points: Points<'_, T>, gate: &Gate, wanted: Option<usize>, level: Level) -> Self {
         let mut candidates = Candidates { count: 0, kept: Vec::new(), wanted, cap: T::MAX };
-        if wanted.is_some_and(|wanted| points.len() > ROOM.max(SAMPLE * wanted)) {
+        if wanted.is_some_and(|wanted| points.len() > ROOM.max(SAMPLE.saturating_mul(wanted))) {
             // The nearest of a sample are no nearer than the nearest of all: a bound to begin with, in any order.
             candidates.collect(points, gate, level, SAMPLE);
             candidates.thin();
@@ -78,7 +78,7 @@ impl<T: Real> Candidates<T> {
         #[allow(clippy::cast_possible_truncation, reason = "Points::new admits fewer than 2^32 points")]
         self.kept.push(Candidate { x, index: index as u32 });
         if let Some(wanted) = self.wanted
-            && self.kept.len() >= 2 * wanted + ROOM
+            && self.kept.len() >= wanted.saturating_mul(2).saturating_add(ROOM)
         {
             self.thin();
         }

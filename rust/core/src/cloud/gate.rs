@@ -76,9 +76,24 @@ impl Gate {
     }
 
     /// Bounds on z that are heights above a flat road, for a sensor `sensor_height` above it.
-    #[must_use]
-    pub fn height_band(sensor_height: f64, clearance: f64, headroom: f64) -> Interval {
-        (clearance - sensor_height, headroom - sensor_height)
+    ///
+    /// # Errors
+    /// When the sensor's height is not finite, or the band is empty.
+    pub fn height_band(sensor_height: f64, clearance: f64, headroom: f64) -> Result<Interval, Error> {
+        finite("sensor_height", sensor_height)?;
+        if clearance.is_nan() || clearance == f64::INFINITY {
+            return Err(Error::new("clearance", format!("must be a height or -inf, got {clearance}")));
+        }
+        if headroom.is_nan() || headroom < clearance || headroom == f64::NEG_INFINITY {
+            return Err(Error::new("headroom", format!("must be at least clearance = {clearance}, got {headroom}")));
+        }
+        Ok((clearance - sensor_height, headroom - sensor_height))
+    }
+
+    /// Whether the path runs straight ahead. Curvatures too small for a normal number would lose their digits.
+    #[inline(always)]
+    fn is_straight(&self) -> bool {
+        self.curvature.abs() < f64::MIN_POSITIVE
     }
 
     /// The part of the gate that is a box in the stored columns, as bounds (low, high) on x, y, z and intensity.
@@ -86,25 +101,16 @@ impl Gate {
     /// Only finite coordinates are inside. A curved path has no box of its own in x and y.
     pub(super) fn boxed<T: Real>(&self) -> ([T; 4], [T; 4]) {
         let open = (f64::NEG_INFINITY, f64::INFINITY);
-        let [x, y] = if self.curvature == 0.0 { [self.x, self.y] } else { [open, open] };
+        let [x, y] = if self.is_straight() { [self.x, self.y] } else { [open, open] };
         let mut low = [T::ZERO - T::MAX; 4];
         let mut high = [T::MAX; 4];
         for (axis, (from, to)) in self.axes.iter().zip([x, y, self.z.unwrap_or(open)]) {
             let (from, to) = if axis.flipped { (-to, -from) } else { (from, to) };
-            let clamp = |bound: T| {
-                let least = T::ZERO - T::MAX;
-                if bound > T::MAX {
-                    T::MAX
-                } else if bound < least {
-                    least
-                } else {
-                    bound
-                }
-            };
-            // An interval beyond all finite numbers must stay empty, whatever it rounds to.
-            let empty = from == f64::INFINITY || to == f64::NEG_INFINITY;
-            low[axis.column] = if empty { T::INFINITY } else { clamp(T::of(from)) };
-            high[axis.column] = clamp(T::of(to));
+            // Only finite coordinates count. Bounds that round to infinity at the wrong end leave nothing.
+            let (from, to) = (T::of(from), T::of(to));
+            let least = T::ZERO - T::MAX;
+            low[axis.column] = if from < least { least } else { from };
+            high[axis.column] = if to > T::MAX { T::MAX } else { to };
         }
         let (from, to) = self.intensity.unwrap_or(open);
         (low[3], high[3]) = (T::of(from), T::of(to));
@@ -114,7 +120,7 @@ impl Gate {
     /// A box cut off at a distance ahead. The distance along a curved path is not in the box.
     pub(super) fn nearer_than<T: Real>(&self, cap: T, (mut low, mut high): ([T; 4], [T; 4])) -> ([T; 4], [T; 4]) {
         let Axis { column, flipped } = self.axes[0];
-        if self.curvature == 0.0 {
+        if self.is_straight() {
             if flipped {
                 low[column] = if T::ZERO - cap > low[column] { T::ZERO - cap } else { low[column] };
             } else {
@@ -139,7 +145,8 @@ impl Gate {
     #[inline(always)]
     pub(super) fn along_path(&self, x: f64, y: f64) -> (f64, f64) {
         let k = self.curvature;
-        let (forward, across) = (k * x, 1.0 - k * y);
+        // Adding 0 turns -0 into +0: behind the circle's centre its sign would be half a turn.
+        let (forward, across) = (k * x + 0.0, 1.0 - k * y);
         let along = forward.atan2(across) / k;
         let offset = (2.0 * y - k * (x * x + y * y)) / (1.0 + (forward * forward + across * across).sqrt());
         (along, offset)
@@ -169,7 +176,7 @@ impl<'a, T: Real> Rest<'a, T> {
 
     /// Whether there is nothing left to ask.
     pub(super) fn is_empty(&self) -> bool {
-        self.intensity.is_none() && self.gate.curvature == 0.0 && self.gate.above.is_none()
+        self.intensity.is_none() && self.gate.is_straight() && self.gate.above.is_none()
     }
 
     /// The distance ahead of point `i` of the row, which is in the box, if it is in the gate.
@@ -186,7 +193,7 @@ impl<'a, T: Real> Rest<'a, T> {
         {
             return None;
         }
-        if self.gate.curvature == 0.0 {
+        if self.gate.is_straight() {
             return Some(x);
         }
         let (along, offset) = self.gate.along_path(x.wide(), y.wide());
