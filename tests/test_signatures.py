@@ -14,7 +14,7 @@ import ttc_fast
 from ttc_fast import reference
 
 # Results are only ever received, so what counts is what they offer, not how they are made.
-RESULTS = ["CloudTTC", "Counts", "CountsBatch", "MinX", "Nearest", "NearestBatch"]
+RESULTS = ["CloudTTC", "Counts", "CountsBatch", "MinX", "Nearest", "NearestBatch", "RoadFit"]
 
 # The instruction-set level of the kernels: NumPy has its own.
 KERNELS_ONLY = {"SIMD_LEVEL"}
@@ -47,6 +47,7 @@ def example(module: Any, name: str) -> Any:
         "MinX": cloud.current,
         "Nearest": batch[0],
         "NearestBatch": batch,
+        "RoadFit": module.fit_road(np.ones((12, 3))),
     }[name]
 
 

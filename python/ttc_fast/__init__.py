@@ -22,8 +22,10 @@ from ttc_fast._core import (
     NoDataError,
     Quantile,
     Road,
+    RoadFit,
     ScanTTC,
     Supported,
+    fit_road,
     ittc,
     robust_min_x,
     ttc_from_clouds,
@@ -31,7 +33,7 @@ from ttc_fast._core import (
 )
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_target_velocity
-from ttc_fast.status import Detection, Status
+from ttc_fast.status import Detection, RoadStatus, Status
 
 __all__ = [
     "SIMD_LEVEL",
@@ -52,10 +54,13 @@ __all__ = [
     "NoDataError",
     "Quantile",
     "Road",
+    "RoadFit",
+    "RoadStatus",
     "ScanTTC",
     "Status",
     "Supported",
     "closing_speed_from_ego_velocity",
+    "fit_road",
     "from_pointcloud2",
     "ittc",
     "range_rate_from_target_velocity",

@@ -56,3 +56,21 @@ class Detection(IntEnum):
     """There are candidates, but too few for the estimator."""
     NO_DATA = 3
     """There is no valid point at all."""
+
+
+class RoadStatus(IntEnum):
+    """Whether ``fit_road`` found a road in a cloud.
+
+    Examples
+    --------
+    >>> from ttc_fast import RoadStatus
+    >>> RoadStatus(0)
+    <RoadStatus.FOUND: 0>
+    """
+
+    FOUND = 0
+    """There is one."""
+    NOT_FOUND = 1
+    """There are valid points, and no plane among them passes for a road."""
+    NO_DATA = 2
+    """There is no valid point at all."""

@@ -291,6 +291,6 @@ fn estimator_or_default(object: Option<&Bound<'_, PyAny>>) -> PyResult<Estimator
 const WORTH_RELEASING: usize = 1 << 14;
 
 /// Run `work`, without the GIL if it is long.
-fn release<R: Send>(py: Python<'_>, points: usize, work: impl FnOnce() -> R + Send) -> R {
+pub fn release<R: Send>(py: Python<'_>, points: usize, work: impl FnOnce() -> R + Send) -> R {
     if points >= WORTH_RELEASING { py.detach(work) } else { work() }
 }

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use ttc_fast_core::Status;
-use ttc_fast_core::cloud::Detection;
+use ttc_fast_core::cloud::{Detection, RoadStatus};
 
 type Members = PyOnceLock<Vec<Py<PyAny>>>;
 
@@ -17,6 +17,12 @@ pub fn status(py: Python<'_>, status: Status) -> PyResult<Bound<'_, PyAny>> {
 pub fn detection(py: Python<'_>, detection: Detection) -> PyResult<Bound<'_, PyAny>> {
     static MEMBERS: Members = Members::new();
     member(py, &MEMBERS, "Detection", detection as usize)
+}
+
+/// The Python `RoadStatus`.
+pub fn road_status(py: Python<'_>, status: RoadStatus) -> PyResult<Bound<'_, PyAny>> {
+    static MEMBERS: Members = Members::new();
+    member(py, &MEMBERS, "RoadStatus", status as usize)
 }
 
 /// Member `value` of an enum whose values count from 0.

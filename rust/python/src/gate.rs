@@ -77,10 +77,7 @@ impl Gate {
             (None, None) => None,
             _ => return Err(PyValueError::new_err("road and height must be given together")),
         };
-        let axes = axes.map_or(Ok(cloud::REP_103), |[forward, left, up]| {
-            Ok::<_, PyErr>([axis(&forward)?, axis(&left)?, axis(&up)?])
-        })?;
-        let gate = cloud::Gate { x, y, z, intensity, axes, curvature, above };
+        let gate = cloud::Gate { x, y, z, intensity, axes: self::axes(axes)?, curvature, above };
         gate.checked().map(Gate).map_err(value_error)
     }
 
@@ -125,7 +122,8 @@ impl Gate {
         if settings.contains("z")? {
             return Err(PyTypeError::new_err("above_road sets z from sensor_height, clearance and headroom"));
         }
-        settings.set_item("z", cloud::Gate::height_band(sensor_height, clearance, headroom))?;
+        let band = cloud::Gate::height_band(sensor_height, clearance, headroom).map_err(value_error)?;
+        settings.set_item("z", band)?;
         py.get_type::<Gate>().call((), Some(&settings))
     }
 
@@ -183,6 +181,10 @@ impl Gate {
         Ok(((), settings))
     }
 
+    fn __hash__(&self) -> u64 {
+        crate::hash(&self.__repr__())
+    }
+
     fn __repr__(&self) -> String {
         let mut parts = vec![format!("x={}", pair(self.0.x)), format!("y={}", pair(self.0.y))];
         parts.extend(self.0.z.map(|z| format!("z={}", pair(z))));
@@ -206,6 +208,11 @@ fn pair((low, high): Interval) -> String {
 }
 
 const COLUMNS: [&str; 3] = ["x", "y", "z"];
+
+/// `axes=...`.
+pub fn axes(names: Option<[String; 3]>) -> PyResult<[Axis; 3]> {
+    names.map_or(Ok(cloud::REP_103), |[forward, left, up]| Ok([axis(&forward)?, axis(&left)?, axis(&up)?]))
+}
 
 fn axis(name: &str) -> PyResult<Axis> {
     let bare = name.strip_prefix('-').unwrap_or(name);

@@ -42,10 +42,20 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<estimator::Cluster>()?;
     m.add_class::<gate::Gate>()?;
     m.add_class::<road::Road>()?;
+    m.add_class::<road::RoadFit>()?;
+    m.add_function(wrap_pyfunction!(road::fit_road, m)?)?;
     m.add_class::<cloud::MinX>()?;
     m.add_class::<cloud::CloudTTC>()?;
     m.add_function(wrap_pyfunction!(cloud::robust_min_x, m)?)?;
     m.add_function(wrap_pyfunction!(cloud::ttc_from_distances, m)?)?;
     m.add_function(wrap_pyfunction!(cloud::ttc_from_clouds, m)?)?;
     Ok(())
+}
+
+/// Hash of a settings object, by what it looks like: equal settings look alike.
+fn hash(repr: &str) -> u64 {
+    use std::hash::{DefaultHasher, Hash, Hasher};
+    let mut hasher = DefaultHasher::new();
+    repr.hash(&mut hasher);
+    hasher.finish()
 }

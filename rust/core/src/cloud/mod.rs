@@ -17,7 +17,7 @@ pub use {
     estimator::Estimator,
     gate::{Axis, Gate, Interval, REP_103},
     points::{Intensity, Points},
-    road::Road,
+    road::{Refusal, Road, RoadFit, RoadSearch, RoadStatus, fit_road},
     shrinking::{CloudTtc, ttc_from_clouds},
 };
 

@@ -1,0 +1,111 @@
+//! Where to look for a road, and what to accept as one.
+
+use super::super::gate::{Axis, Gate, Interval, REP_103};
+use super::stacks::LAYERS_PER_METRE;
+use crate::error::{Error, finite};
+
+/// More voxels than this take more memory than a road is worth.
+const MOST_VOXELS: f64 = (1 << 22) as f64;
+
+/// Points on a strip narrower than this, m, are on a line, which has no plane.
+const LEAST_WIDTH: f64 = 0.01;
+
+/// Where to look for a road, and what to accept as one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoadSearch {
+    /// Of the sensor above the road, m, as far as it is known.
+    pub sensor_height: f64,
+    /// Forward, m.
+    pub x: Interval,
+    /// Left, m.
+    pub y: Interval,
+    /// Where forward, left and up are stored.
+    pub axes: [Axis; 3],
+    /// How wrong the height of the sensor may be, m.
+    pub height_tolerance: f64,
+    /// Steepest road, as rise per metre forward or left.
+    pub max_slope: f64,
+    /// Ground higher above the road than this, m, is no part of it; nor is ground twice as far below it.
+    pub tolerance: f64,
+    /// How many square metres must be seen.
+    pub min_patches: usize,
+    /// How wide what is seen must be in its narrowest direction, m.
+    pub min_width: f64,
+    /// How many of all patches must agree.
+    pub min_share: f64,
+}
+
+impl Default for RoadSearch {
+    fn default() -> Self {
+        RoadSearch {
+            sensor_height: 1.73,
+            x: (0.0, 30.0),
+            y: (-6.0, 6.0),
+            axes: REP_103,
+            height_tolerance: 0.5,
+            max_slope: 0.2,
+            tolerance: 0.1,
+            min_patches: 25,
+            min_width: 2.0,
+            min_share: 0.25,
+        }
+    }
+}
+
+impl RoadSearch {
+    /// The settings, if they make sense.
+    ///
+    /// # Errors
+    /// When a number is out of its range, the region is not finite or too large, or two axes use the same column.
+    pub fn checked(self) -> Result<Self, Error> {
+        finite("sensor_height", self.sensor_height)?;
+        positive("height_tolerance", self.height_tolerance)?;
+        positive("max_slope", self.max_slope)?;
+        self.region().checked()?;
+        for (argument, (low, high)) in [("x", self.x), ("y", self.y)] {
+            finite(argument, low)?;
+            finite(argument, high)?;
+        }
+        positive("tolerance", self.tolerance)?;
+        if !(self.min_width >= LEAST_WIDTH && self.min_width.is_finite()) {
+            let problem = format!("must be finite and at least {LEAST_WIDTH}, got {}", self.min_width);
+            return Err(Error::new("min_width", problem));
+        }
+        if self.min_patches == 0 {
+            return Err(Error::new("min_patches", "must be at least 1, got 0"));
+        }
+        if !(0.0..=1.0).contains(&self.min_share) {
+            return Err(Error::new("min_share", format!("must be in [0, 1], got {}", self.min_share)));
+        }
+        let [rows, columns] = [self.x, self.y].map(|(low, high)| (high - low).ceil().max(1.0));
+        if rows * columns * (2.0 * self.reach() * LAYERS_PER_METRE).ceil() > MOST_VOXELS {
+            return Err(Error::new("x, y", "span too large a region for max_slope and height_tolerance: narrow one"));
+        }
+        Ok(self)
+    }
+
+    /// The box that a road could be in.
+    pub(super) fn region(&self) -> Gate {
+        let (middle, reach) = (-self.sensor_height, self.reach());
+        Gate { x: self.x, y: self.y, z: Some((middle - reach, middle + reach)), axes: self.axes, ..Gate::default() }
+    }
+
+    /// How far a road could rise or fall within the region, m.
+    pub(super) fn reach(&self) -> f64 {
+        let [x, y] = [self.x, self.y].map(|(low, high)| low.abs().max(high.abs()));
+        self.reach_at(x, y)
+    }
+
+    /// How far a road could be from minus the height of the sensor, m.
+    #[inline(always)]
+    pub(super) fn reach_at(&self, x: f64, y: f64) -> f64 {
+        self.height_tolerance + self.max_slope * (x.abs() + y.abs())
+    }
+}
+
+fn positive(argument: &'static str, value: f64) -> Result<f64, Error> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(value);
+    }
+    Err(Error::new(argument, format!("must be finite and above 0, got {value}")))
+}
