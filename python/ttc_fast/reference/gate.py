@@ -39,7 +39,8 @@ def candidates(cloud: Cloud, gate: Gate) -> Candidates:
     if gate.intensity is not None and cloud.intensity is None:
         raise ValueError("gate has bounds on intensity, but the points have no intensity")
     forward, left, up = (_oriented(cloud.xyz, axis) for axis in gate.axes)
-    x, y = (forward, left) if abs(gate.curvature) < np.finfo(np.float64).tiny else path_coordinates(forward, left, gate.curvature)
+    straight = abs(gate.curvature) < np.finfo(np.float64).tiny
+    x, y = (forward, left) if straight else path_coordinates(forward, left, gate.curvature)
 
     inside = cloud.valid() & _within(x, gate.x) & _within(y, gate.y)
     if gate.z is not None:

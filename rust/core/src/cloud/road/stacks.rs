@@ -4,8 +4,8 @@
 //! in front of the bumper. So every square metre counts as one patch.
 
 use super::RoadSearch;
-use crate::cloud::gate::Axis;
 use crate::cloud::points::Points;
+use crate::column::Column;
 use crate::real::Real;
 
 /// Voxels are a metre long and wide, and so much less high.
@@ -56,6 +56,23 @@ impl Stack {
     }
 }
 
+/// One coordinate of the points of a row: where it is stored, and what it may be.
+struct Ruler<'a, T> {
+    column: Column<'a, T>,
+    low: T,
+    high: T,
+    sign: f64,
+}
+
+impl<T: Real> Ruler<'_, T> {
+    /// The coordinate of point `i`, if it is in bounds.
+    #[inline(always)]
+    fn read(&self, i: usize) -> Option<f64> {
+        let stored = self.column.get(i);
+        (self.low <= stored && stored <= self.high).then(|| self.sign * stored.wide())
+    }
+}
+
 /// Sort the points that could be road into stacks; those without a point are left out.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "distances from a corner of the region")]
 pub(super) fn gather<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Vec<Stack> {
@@ -68,24 +85,27 @@ pub(super) fn gather<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Ve
 
     let (low, high) = search.region().boxed::<T>();
     for (_, row) in points.rows() {
-        // Column, bounds and sign of forward, left and up.
-        let axes = search.axes.map(|Axis { column, flipped }| {
-            (row.xyz[column], low[column], high[column], if flipped { -1.0 } else { 1.0 })
+        let [ahead, across, above] = search.axes.map(|axis| Ruler {
+            column: row.xyz[axis.column],
+            low: low[axis.column],
+            high: high[axis.column],
+            sign: if axis.flipped { -1.0 } else { 1.0 },
         });
         for i in 0..row.xyz[0].len() {
-            let stored = axes.map(|(column, ..)| column.get(i));
-            let inside = (0..3).all(|axis| axes[axis].1 <= stored[axis] && stored[axis] <= axes[axis].2);
-            if !inside || stored == [T::ZERO; 3] {
+            // One after the other: half of the points are behind.
+            let Some(x) = ahead.read(i) else { continue };
+            let Some(y) = across.read(i) else { continue };
+            let Some(z) = above.read(i) else { continue };
+            if [x, y, z] == [0.0; 3] {
                 continue;
             }
-            let [x, y, z] = std::array::from_fn(|axis| stored[axis].wide() * axes[axis].3);
             if (z - middle).abs() > search.reach_at(x, y) {
                 continue;
             }
             // The far edges belong to the last square and the last layer.
-            let across = ((x - x_low) as usize).min(rows - 1) * columns + ((y - y_low) as usize).min(columns - 1);
+            let square = ((x - x_low) as usize).min(rows - 1) * columns + ((y - y_low) as usize).min(columns - 1);
             let layer = (((z - (middle - reach)) * LAYERS_PER_METRE) as usize).min(layers - 1);
-            let voxel = &mut sums[across * layers + layer];
+            let voxel = &mut sums[square * layers + layer];
             *voxel = [voxel[0] + 1.0, voxel[1] + x, voxel[2] + y, voxel[3] + z];
         }
     }
