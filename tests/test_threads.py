@@ -143,3 +143,41 @@ def test_ranges_may_change_during_a_call(minimum: Any) -> None:
         writer.join()
     ranges[:] = 5.5
     assert scan.min(ranges, 5.0) == 1.0
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3, 8])
+def test_threads_share_a_batch_and_change_no_answer(threads: int) -> None:
+    rng = np.random.default_rng(threads)
+    ranges = rng.uniform(0.1, 9.0, (700, 1080)).astype(np.float32)
+    speeds = rng.uniform(-3.0, 9.0, 700)
+    alone, shared = (ttc_fast.ScanTTC(-2.0, 0.004, 1080, threads=n) for n in (1, threads))
+    assert shared.min(ranges, speeds).tobytes() == alone.min(ranges, speeds).tobytes()
+    assert shared.nearest(ranges, speeds).beam.tobytes() == alone.nearest(ranges, speeds).beam.tobytes()
+    ranges[650] = np.nan
+    with pytest.raises(ttc_fast.NoDataError, match="scan 650"):
+        shared.min(ranges, speeds)
+
+
+@pytest.mark.parametrize("threads", [2, 3, 8])
+@pytest.mark.parametrize("rows", [1, 3], ids=["one row", "three rows"])
+def test_threads_share_a_cloud_and_change_no_answer(threads: int, rows: int) -> None:
+    rng = np.random.default_rng(threads)
+    points = np.round(rng.normal(0.0, 9.0, (rows, 400_001, 4)), 2).astype(np.float32)  # rounded: many ties
+    points[:, ::7] = 0.0
+    for estimator in (
+        ttc_fast.Minimum(),
+        ttc_fast.KthSmallest(5000),
+        ttc_fast.Quantile(0.01),
+        ttc_fast.Supported(9, 0.1),
+    ):
+        found = [ttc_fast.robust_min_x(points, estimator=estimator, threads=n) for n in (1, threads)]
+        assert repr(found[0]) == repr(found[1])
+        assert (found[0].x, found[0].index, found[0].candidates) == (found[1].x, found[1].index, found[1].candidates)
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1025, 2**40])
+def test_a_number_of_threads_that_makes_no_sense(threads: int) -> None:
+    with pytest.raises(ValueError, match="threads"):
+        ttc_fast.ScanTTC(0.0, 0.1, 3, threads=threads)
+    with pytest.raises(ValueError, match="threads"):
+        ttc_fast.robust_min_x(np.zeros((3, 3)), threads=threads)

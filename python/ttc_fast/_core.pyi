@@ -220,6 +220,7 @@ class _Settings(TypedDict, total=False):
     too_close: Literal["hit", "ignore"]
     no_data: _Number | None
     minimum: KthSmallest | NeighbourSupport | None
+    threads: int
 
 @final
 class ScanTTC:
@@ -240,6 +241,7 @@ class ScanTTC:
         too_close: Literal["hit", "ignore"] = "hit",
         no_data: _Number | None = None,
         minimum: KthSmallest | NeighbourSupport | None = None,
+        threads: int = 1,
     ) -> Self: ...
     @classmethod
     def from_message(cls, msg: _LaserScan, **settings: Unpack[_Settings]) -> Self: ...
@@ -490,7 +492,9 @@ def fit_road(
     min_width: _Number = 2.0,
     min_share: _Number = 0.25,
 ) -> RoadFit: ...
-def robust_min_x(points: _Points, *, gate: Gate | None = None, estimator: _Estimator | None = None) -> MinX: ...
+def robust_min_x(
+    points: _Points, *, gate: Gate | None = None, estimator: _Estimator | None = None, threads: int = 1
+) -> MinX: ...
 def ttc_from_distances(previous: _Number, current: _Number, dt: _Number) -> float: ...
 def ttc_from_clouds(
     previous: _Points,

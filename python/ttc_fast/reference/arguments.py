@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex
 
 import numpy as np
@@ -91,3 +92,10 @@ def _one_each(argument: str, values: Any, scans: int) -> list[float]:
     if array.shape != (scans,):
         raise ValueError(f"{argument} must be a number or have shape ({scans},), got {array.shape}")
     return [finite(argument, value) for value in array]
+
+
+def checked_threads(threads: Any) -> int:
+    """``threads``, if it is a number of threads."""
+    if not 1 <= operator.index(threads) <= 1024:
+        raise ValueError(f"threads must be at least 1 and at most 1024, got {threads}")
+    return operator.index(threads)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast.reference.arguments import checked_threads
 from ttc_fast.reference.estimators import checked_estimator, estimate
 from ttc_fast.reference.gate import candidates, checked_gate
 from ttc_fast.reference.points import cloud
@@ -35,7 +36,9 @@ class MinX:
     """What was found."""
 
 
-def robust_min_x(points: Any, *, gate: Gate | None = None, estimator: Estimator | None = None) -> MinX:
+def robust_min_x(
+    points: Any, *, gate: Gate | None = None, estimator: Estimator | None = None, threads: int = 1
+) -> MinX:
     """Find the robust nearest distance ahead of the points inside a gate.
 
     Arguments, result and errors are those of ``ttc_fast.robust_min_x``.
@@ -49,6 +52,7 @@ def robust_min_x(points: Any, *, gate: Gate | None = None, estimator: Estimator 
     >>> found.x, found.nearest_x, found.candidates
     (8.0, 3.0, 3)
     """
+    checked_threads(threads)  # the answer does not depend on them
     return nearest(cloud("points", points), checked_gate(gate), checked_estimator(estimator))
 
 

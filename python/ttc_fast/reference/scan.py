@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast._core import NoDataError
-from ttc_fast.reference.arguments import floats, motions, non_negative, output
+from ttc_fast.reference.arguments import checked_threads, floats, motions, non_negative, output
 from ttc_fast.reference.formula import rounded, time_to_collision
 from ttc_fast.reference.geometry import Motion, directions, outline_offsets, sensor_velocity
 from ttc_fast.reference.results import Nearest, NearestBatch
@@ -69,6 +69,7 @@ class ScanTTC:
         too_close: str = "hit",
         no_data: float | None = None,
         minimum: KthSmallest | NeighbourSupport | None = None,
+        threads: int = 1,
     ) -> None:
         self._angles = checked_angles(angle_min, angle_increment, beams)
         self._rules = checked_rules(range_min, range_max, limits, limits_policy, too_close)
@@ -83,6 +84,7 @@ class ScanTTC:
         self._min_closing_speed = non_negative("min_closing_speed", min_closing_speed)
         self._no_data = checked_no_data(no_data)
         self._minimum = checked_minimum(minimum)
+        checked_threads(threads)  # the answer does not depend on them
 
     @classmethod
     def from_message(cls, msg: Any, **settings: Any) -> ScanTTC:

@@ -89,6 +89,18 @@ impl<'a, T: Copy> Column<'a, T> {
         unsafe { self.read(i) }
     }
 
+    /// Numbers `from .. to`.
+    ///
+    /// # Panics
+    /// When that is past the end, or `from` is beyond `to`.
+    #[must_use]
+    pub fn slice(self, from: usize, to: usize) -> Self {
+        assert!(from <= to && to <= self.len, "numbers {from} .. {to} of {}", self.len);
+        // Wrapping arithmetic needs no proof; the column is only read after its own checks.
+        let start = self.start.wrapping_offset(from.cast_signed() * self.stride);
+        Column { start, len: to - from, ..self }
+    }
+
     /// The same numbers as one piece of memory, if they are one.
     #[inline(always)]
     #[must_use]

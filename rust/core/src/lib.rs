@@ -12,6 +12,7 @@ pub mod real;
 pub mod scan;
 pub mod simd;
 mod status;
+pub mod threads;
 
 pub use error::Error;
 pub use status::Status;

@@ -142,6 +142,8 @@ impl CloudTTC {
 ///     Which points count; by default ``Gate()``, a lane 4 m wide.
 /// estimator : estimator object, optional
 ///     How outliers are survived; by default ``KthSmallest(10)``.
+/// threads : int
+///     How many threads may share the work; worth it from about a million points. The answer does not depend on it.
 ///
 /// Returns
 /// -------
@@ -153,7 +155,7 @@ impl CloudTTC {
 /// TypeError
 ///     If the points have another dtype, or an object is of the wrong kind.
 /// ValueError
-///     If the points have another shape, or the gate bounds an intensity that they lack.
+///     If the points have another shape, the gate bounds an intensity that they lack, or ``threads`` is below 1.
 ///
 /// Notes
 /// -----
@@ -167,19 +169,21 @@ impl CloudTTC {
 /// >>> ttc_fast.robust_min_x(points, estimator=ttc_fast.KthSmallest(2))
 /// MinX(x=8.0000, nearest_x=3.0000, candidates=3, support=2, index=1, detection=FOUND)
 #[pyfunction]
-#[pyo3(signature = (points, *, gate=None, estimator=None))]
+#[pyo3(signature = (points, *, gate=None, estimator=None, threads=1))]
 pub fn robust_min_x(
     py: Python<'_>,
     points: &Bound<'_, PyAny>,
     gate: Option<&Bound<'_, PyAny>>,
     estimator: Option<&Bound<'_, PyAny>>,
+    threads: i64,
 ) -> PyResult<MinX> {
+    let threads = crate::threads(threads)?;
     let (gate, estimator) = (self::gate(gate)?, estimator_or_default(estimator)?);
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
     let found = release(py, points.len(), || match points {
-        AnyPoints::Single(points) => cloud::robust_min_x(points, &gate, estimator, level::current()),
-        AnyPoints::Double(points) => cloud::robust_min_x(points, &gate, estimator, level::current()),
+        AnyPoints::Single(points) => cloud::robust_min_x(points, &gate, estimator, level::current(), threads),
+        AnyPoints::Double(points) => cloud::robust_min_x(points, &gate, estimator, level::current(), threads),
     });
     found.map(MinX).map_err(value_error)
 }

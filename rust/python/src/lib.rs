@@ -59,3 +59,14 @@ fn hash(repr: &str) -> u64 {
     repr.hash(&mut hasher);
     hasher.finish()
 }
+
+/// `threads=...`.
+fn threads(threads: i64) -> PyResult<usize> {
+    usize::try_from(threads).ok().filter(|threads| (1..=MOST_THREADS).contains(threads)).ok_or_else(|| {
+        let problem = format!("threads must be at least 1 and at most {MOST_THREADS}, got {threads}");
+        pyo3::exceptions::PyValueError::new_err(problem)
+    })
+}
+
+/// More than any machine has.
+const MOST_THREADS: usize = 1024;

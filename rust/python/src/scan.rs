@@ -13,6 +13,7 @@ use pyo3::types::{PyDict, PyFloat, PyTuple, PyType};
 use std::sync::Arc;
 use ttc_fast_core::column::{Column, Table, TableMut};
 use ttc_fast_core::scan::{self, LimitsPolicy, Motion, Mount, Outline, Range, ScanTtc, Settings, TooClose};
+use ttc_fast_core::threads::pieces;
 
 /// Work on fewer beams than this is over before releasing the GIL pays.
 const WORTH_RELEASING: usize = 1 << 16;
@@ -58,6 +59,9 @@ const WORTH_RELEASING: usize = 1 << 16;
 /// minimum : KthSmallest or NeighbourSupport, optional
 ///     How a speckle is outvoted; by default the nearest beam decides. Where too few beams close for a vote, the plain
 ///     nearest is given, with status TOO_FEW.
+/// threads : int
+///     How many threads may share a batch in ``min`` and ``nearest``. One scan is always the work of one thread, and no answer
+///     depends on it.
 ///
 /// Raises
 /// ------
@@ -95,6 +99,7 @@ pub struct ScanTTC {
     scan: ScanTtc,
     no_data: Option<f64>,
     minimum: Option<Py<PyAny>>,
+    threads: usize,
 }
 
 #[pymethods]
@@ -103,10 +108,10 @@ impl ScanTTC {
     #[pyo3(
         signature = (angle_min, angle_increment, beams, *, range_min=0.0, range_max=f64::INFINITY, limits=None,
             limits_policy="horizon", mount=[0.0, 0.0, 0.0], outline=None, mask=None, min_closing_speed=0.01,
-            too_close="hit", no_data=None, minimum=None),
+            too_close="hit", no_data=None, minimum=None, threads=1),
         text_signature = "(angle_min, angle_increment, beams, *, range_min=0.0, range_max=1e999, limits=None, \
             limits_policy='horizon', mount=(0.0, 0.0, 0.0), outline=None, mask=None, min_closing_speed=0.01, \
-            too_close='hit', no_data=None, minimum=None)"
+            too_close='hit', no_data=None, minimum=None, threads=1)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
@@ -124,6 +129,7 @@ impl ScanTTC {
         too_close: &str,
         no_data: Option<f64>,
         minimum: Option<Bound<'_, PyAny>>,
+        threads: i64,
     ) -> PyResult<Self> {
         if no_data.is_some_and(|value| value.is_nan() || value < 0.0) {
             return Err(PyValueError::new_err("no_data must be a time in [0, inf], in seconds"));
@@ -148,7 +154,7 @@ impl ScanTTC {
             minimum: minimum.as_ref().map(self::minimum).transpose()?,
         };
         let scan = ScanTtc::new(settings, level::current()).map_err(value_error)?;
-        Ok(ScanTTC { scan, no_data, minimum: minimum.map(Bound::unbind) })
+        Ok(ScanTTC { scan, no_data, minimum: minimum.map(Bound::unbind), threads: crate::threads(threads)? })
     }
 
     /// Make one from the first message of a scanner.
@@ -409,6 +415,7 @@ impl ScanTTC {
         keywords.set_item("too_close", name_of(settings.too_close, TOO_CLOSE))?;
         keywords.set_item("no_data", self.no_data)?;
         keywords.set_item("minimum", self.minimum.as_ref())?;
+        keywords.set_item("threads", self.threads)?;
         let place = (settings.angle_min, settings.angle_increment, settings.beams);
         Ok((place.into_pyobject(py)?, keywords))
     }
@@ -444,11 +451,10 @@ impl ScanTTC {
         self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
         let motions = motion.each(ranges.rows())?;
         let each: Vec<f64> = release(py, ranges.rows() * ranges.columns(), || {
-            let least = |row| {
+            self.rows(ranges, |row| {
                 let least = self.scan.min(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))?;
                 least.or(self.no_data).ok_or_else(|| no_data(Some(row)))
-            };
-            (0..ranges.rows()).map(least).collect::<PyResult<_>>()
+            })
         })?;
         Ok(PyArray1::from_vec(py, each).into_any())
     }
@@ -465,10 +471,12 @@ impl ScanTTC {
     ) -> PyResult<Arc<[scan::Nearest]>> {
         self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
         let motions = motion.each(ranges.rows())?;
-        release(py, ranges.rows() * ranges.columns(), || {
-            let nearest = |row| self.scan.nearest(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row));
-            (0..ranges.rows()).map(nearest).collect()
-        })
+        let each = release(py, ranges.rows() * ranges.columns(), || {
+            self.rows(ranges, |row| {
+                self.scan.nearest(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))
+            })
+        })?;
+        Ok(each.into())
     }
 
     fn per_beam_each<T: Range>(
@@ -489,7 +497,21 @@ impl ScanTTC {
             Ok(())
         })
     }
+
+    /// `work` on each row of a batch, by as many threads as were asked for; the first error wins.
+    fn rows<T: Range, R: Send>(
+        &self,
+        ranges: &Table<'_, T>,
+        work: impl Fn(usize) -> PyResult<R> + Sync,
+    ) -> PyResult<Vec<R>> {
+        let least = LEAST_PIECE.div_ceil(ranges.columns().max(1));
+        let rows = pieces(self.threads, ranges.rows(), least, |rows| rows.map(&work).collect::<PyResult<Vec<R>>>());
+        Ok(rows.into_iter().collect::<PyResult<Vec<_>>>()?.into_iter().flatten().collect())
+    }
 }
+
+/// Fewer beams than this are not worth a thread of their own.
+const LEAST_PIECE: usize = 1 << 16;
 
 /// Run `work`, without the GIL if it is long.
 fn release<R: Send>(py: Python<'_>, beams: usize, work: impl FnOnce() -> R + Send) -> R {

@@ -6,6 +6,8 @@ use crate::column::{Column, Records};
 use crate::lanes::LANES;
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
+use crate::threads::pieces;
+use std::ops::Range;
 
 /// A point inside the gate: its distance ahead, and which it is.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -37,23 +39,45 @@ pub(super) struct Candidates<T> {
 const SAMPLE: usize = 64;
 /// More nearest points than wanted may be kept before they are thinned out.
 const ROOM: usize = 2048;
+/// Fewer points than this are not worth a thread of their own.
+const LEAST_PIECE: usize = 1 << 16;
 
 impl<T: Real> Candidates<T> {
-    /// Every candidate, or at least the nearest `wanted` of them.
-    pub(super) fn gather(points: Points<'_, T>, gate: &Gate, wanted: Option<usize>, level: Level) -> Self {
-        let mut candidates = Candidates { count: 0, kept: Vec::new(), wanted, cap: T::MAX };
+    /// Every candidate, or at least the nearest `wanted` of them, found by up to `threads` threads.
+    pub(super) fn gather(
+        points: Points<'_, T>,
+        gate: &Gate,
+        wanted: Option<usize>,
+        level: Level,
+        threads: usize,
+    ) -> Self {
+        let nothing = || Candidates { count: 0, kept: Vec::new(), wanted, cap: T::MAX };
+        let mut cap = T::MAX;
         if wanted.is_some_and(|wanted| points.len() > ROOM.max(SAMPLE.saturating_mul(wanted))) {
             // The nearest of a sample are no nearer than the nearest of all: a bound to begin with, in any order.
-            candidates.collect(points, gate, level, SAMPLE);
-            candidates.thin();
-            (candidates.count, candidates.kept) = (0, Vec::new());
+            let mut sample = nothing();
+            sample.collect(points, 0..points.len(), gate, level, SAMPLE);
+            sample.thin();
+            cap = sample.cap;
         }
-        candidates.collect(points, gate, level, 1);
-        candidates
+        let found = pieces(threads, points.len(), LEAST_PIECE, |range| {
+            let mut piece = Candidates { cap, ..nothing() };
+            piece.collect(points, range, gate, level, 1);
+            piece
+        });
+        found.into_iter().reduce(Self::with).unwrap_or_else(nothing)
     }
 
-    fn collect(&mut self, points: Points<'_, T>, gate: &Gate, level: Level, every: usize) {
-        for (first, row) in points.rows() {
+    /// These and others.
+    fn with(mut self, other: Self) -> Self {
+        self.count += other.count;
+        self.kept.extend(other.kept);
+        self
+    }
+
+    /// Collect from the points of a range, or from one in `every` groups of them.
+    fn collect(&mut self, points: Points<'_, T>, range: Range<usize>, gate: &Gate, level: Level, every: usize) {
+        for (first, row) in points.rows(range) {
             let into = &mut *self;
             if let Some(records) = Records::new(row.xyz) {
                 let fourth = gate.intensity.is_some() && row.intensity.is_some_and(|it| it.is_fourth(&records));

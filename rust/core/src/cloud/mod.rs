@@ -56,7 +56,7 @@ pub struct MinX {
     pub detection: Detection,
 }
 
-/// The robust nearest distance ahead of the points inside a gate.
+/// The robust nearest distance ahead of the points inside a gate, looked for by up to `threads` threads.
 ///
 /// # Errors
 /// When the gate or the estimator makes no sense, or the gate bounds an intensity that the points lack.
@@ -65,10 +65,11 @@ pub fn robust_min_x<T: Real>(
     gate: &Gate,
     estimator: Estimator,
     level: Level,
+    threads: usize,
 ) -> Result<MinX, Error> {
     let (gate, estimator) = (gate.checked()?, estimator.checked()?);
     gate::check_intensity(&gate, &points)?;
-    let Candidates { count, mut kept, .. } = Candidates::gather(points, &gate, estimator.wanted(), level);
+    let Candidates { count, mut kept, .. } = Candidates::gather(points, &gate, estimator.wanted(), level, threads);
     let nothing =
         MinX { x: f64::NAN, nearest_x: f64::NAN, candidates: 0, support: 0, index: None, detection: Detection::NoData };
     let Some(nearest) = kept.iter().copied().min_by(Candidate::order) else {

@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::lanes::LANES;
 use crate::real::Real;
 use crate::simd::Instructions;
+use std::ops::Range;
 
 /// Points in somebody else's memory. Rows are the rows of an organised cloud; any other cloud has one.
 #[derive(Clone, Copy, Debug)]
@@ -68,12 +69,15 @@ impl<'a, T: Real> Points<'a, T> {
         self.intensity.is_some()
     }
 
-    /// Its rows, and the index of the first point of each.
-    pub(super) fn rows(self) -> impl Iterator<Item = (usize, Row<'a, T>)> {
-        let columns = self.xyz[0].columns();
-        (0..self.xyz[0].rows()).map(move |row| {
+    /// The rows of the points `range`, cut where the range begins and ends, and the index of the first point of each.
+    pub(super) fn rows(self, range: Range<usize>) -> impl Iterator<Item = (usize, Row<'a, T>)> {
+        let columns = self.xyz[0].columns().max(1);
+        (range.start / columns..range.end.div_ceil(columns)).map(move |row| {
+            let first = row * columns;
+            let (from, to) = (range.start.max(first) - first, range.end.min(first + columns) - first);
             let xyz = self.xyz.map(|table| table.row(row));
-            (row * columns, Row { xyz, intensity: self.intensity.map(|intensity| intensity.row(row)) })
+            let whole = Row { xyz, intensity: self.intensity.map(|intensity| intensity.row(row)) };
+            (first + from, whole.slice(from, to))
         })
     }
 
@@ -81,6 +85,19 @@ impl<'a, T: Real> Points<'a, T> {
     pub(super) fn get(&self, i: usize) -> [T; 3] {
         let columns = self.xyz[0].columns();
         self.xyz.map(|table| table.row(i / columns).get(i % columns))
+    }
+}
+
+impl<'a, T: Real> Row<'a, T> {
+    /// The points `from .. to` of the row.
+    fn slice(self, from: usize, to: usize) -> Row<'a, T> {
+        let intensity = self.intensity.map(|intensity| match intensity {
+            IntensityRow::U8(column) => IntensityRow::U8(column.slice(from, to)),
+            IntensityRow::U16(column) => IntensityRow::U16(column.slice(from, to)),
+            IntensityRow::F32(column) => IntensityRow::F32(column.slice(from, to)),
+            IntensityRow::F64(column) => IntensityRow::F64(column.slice(from, to)),
+        });
+        Row { xyz: self.xyz.map(|column| column.slice(from, to)), intensity }
     }
 }
 

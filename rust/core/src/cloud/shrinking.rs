@@ -43,8 +43,8 @@ pub fn ttc_from_clouds<T: Real>(
 ) -> Result<CloudTtc, Error> {
     checked_dt(dt)?;
     finite("front_offset", front_offset)?;
-    let previous = robust_min_x(previous, gate, estimator, level)?;
-    let current = robust_min_x(current, gate, estimator, level)?;
+    let previous = robust_min_x(previous, gate, estimator, level, 1)?;
+    let current = robust_min_x(current, gate, estimator, level, 1)?;
     let too_few = [&previous, &current].iter().any(|seen| seen.detection == Detection::TooFew);
     let distance = |seen: &MinX| if too_few { seen.nearest_x } else { seen.x } - front_offset;
     let (before, now) = (distance(&previous), distance(&current));

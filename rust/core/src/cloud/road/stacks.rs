@@ -84,7 +84,7 @@ pub(super) fn gather<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Ve
     let mut sums = vec![Sums::default(); rows * columns * layers];
 
     let (low, high) = search.region().boxed::<T>();
-    for (_, row) in points.rows() {
+    for (_, row) in points.rows(0..points.len()) {
         let [ahead, across, above] = search.axes.map(|axis| Ruler {
             column: row.xyz[axis.column],
             low: low[axis.column],

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from benches.car import MIN_CLOSING_SPEED, RANGE_MAX, RANGE_MIN
+from benches.scans.car import MIN_CLOSING_SPEED, RANGE_MAX, RANGE_MIN
 
 
 def times(ranges: Any, closing: Any, offsets: Any) -> Any:

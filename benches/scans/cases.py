@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ttc_fast
-from benches import by_numba, by_numpy, car, jobs
+from benches.scans import by_numba, by_numpy, car, jobs
 from benches.contestant import Contestant
 from ttc_fast import reference
 

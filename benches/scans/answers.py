@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from benches.cases import Case
+    from benches.scans.cases import Case
     from benches.contestant import Contestant
 
 

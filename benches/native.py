@@ -1,0 +1,65 @@
+"""``native.cpp``, compiled when it is asked for: a bare read, a bare copy and a C++ loop, called through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benches.contestant import Contestant
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+COMMAND = ("g++", "-O3", "-march=native", "-shared", "-fPIC")
+READ, COPY, CPP = "bare read", "bare copy", "C++"
+AVAILABLE = shutil.which(COMMAND[0]) is not None
+
+
+@lru_cache(maxsize=1)
+def library() -> ctypes.CDLL:
+    """Compile and load it."""
+    with tempfile.TemporaryDirectory() as folder:
+        built = Path(folder) / "native.so"
+        subprocess.run([*COMMAND, str(Path(__file__).with_suffix(".cpp")), "-o", str(built)], check=True)
+        native = ctypes.CDLL(str(built))
+    native.bare_read.argtypes = (ctypes.c_void_p, ctypes.c_size_t)
+    native.bare_read.restype = ctypes.c_uint8
+    native.copy.argtypes = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
+    native.copy.restype = None
+    native.kth_smallest.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_void_p)
+    native.kth_smallest.restype = ctypes.c_float
+    return native
+
+
+def bare_read(nbytes: int) -> Contestant:
+    """Reads every byte of an input, and does next to nothing else."""
+    names = {"bare_read": library().bare_read, "nbytes": nbytes}
+    return Contestant(READ, "bare_read(ranges, nbytes)", names, prepare=address, verify=_is_every_byte)
+
+
+def bare_copy(nbytes: int) -> Contestant:
+    """Reads every byte of an input and writes as many."""
+    out = np.empty(nbytes, np.uint8)
+
+    def is_copy(data: NDArray[Any], _: Any) -> bool:
+        return data.tobytes() == out.tobytes()
+
+    names = {"copy": library().copy, "out": address(out), "nbytes": nbytes}
+    return Contestant(COPY, "copy(ranges, out, nbytes)", names, prepare=address, verify=is_copy)
+
+
+def address(array: NDArray[Any]) -> int:
+    """Where a contiguous array begins."""
+    assert array.flags.c_contiguous
+    return array.ctypes.data
+
+
+def _is_every_byte(data: NDArray[Any], answer: int) -> bool:
+    return answer == int(np.bitwise_or.reduce(np.frombuffer(data.tobytes(), np.uint8)))

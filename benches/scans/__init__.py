@@ -1,0 +1,1 @@
+"""``ScanTTC`` and ``ittc``: the scans, the questions, and who answers them."""
