@@ -816,7 +816,7 @@ def test_the_signatures_of_the_contract() -> None:
         "out=None, status_out=None)",
         ScanTTC: "(angle_min, angle_increment, beams, *, range_min=0.0, range_max=inf, limits=None, "
         "limits_policy='horizon', mount=(0.0, 0.0, 0.0), outline=None, mask=None, min_closing_speed=0.01, "
-        "too_close='hit', no_data=None, minimum=None)",
+        "too_close='hit', no_data=None, minimum=None, threads=1)",
         FULL.min: "(ranges, speed, yaw_rate=0.0, lateral_speed=0.0)",
         FULL.nearest: "(ranges, speed, yaw_rate=0.0, lateral_speed=0.0)",
         FULL.per_beam: "(ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, out=None, status_out=None)",

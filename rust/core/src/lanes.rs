@@ -1,7 +1,5 @@
 //! Small helpers over arrays of lanes. All are inlined into the kernel that calls them.
 
-use crate::real::Real;
-
 /// How many numbers a kernel works on at once: one AVX-512 register of `f32`.
 pub const LANES: usize = 16;
 
@@ -16,16 +14,15 @@ pub(crate) fn each<T: Copy, U: Copy>(x: Lanes<T>, f: impl Fn(T) -> U) -> Lanes<U
 
 /// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
 #[inline(always)]
-pub(crate) fn keep_least<T: Real>(least: &mut Lanes<T>, x: Lanes<T>) {
+pub(crate) fn keep_least<T: Copy + PartialOrd>(least: &mut Lanes<T>, x: Lanes<T>) {
     for lane in 0..LANES {
         least[lane] = if x[lane] < least[lane] { x[lane] } else { least[lane] };
     }
 }
 
-/// The smallest lane, in a fixed tree; infinity if every lane is NaN.
+/// The smallest lane, in a fixed tree; no lane may be NaN.
 #[inline(always)]
-pub(crate) fn least<T: Real>(x: Lanes<T>) -> T {
-    let mut x = each(x, |v| if v < T::INFINITY { v } else { T::INFINITY });
+pub(crate) fn least<T: Copy + PartialOrd>(mut x: Lanes<T>) -> T {
     let mut half = LANES / 2;
     while half > 0 {
         for lane in 0..half {

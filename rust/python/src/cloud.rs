@@ -3,6 +3,7 @@
 use crate::errors::value_error;
 use crate::estimator::estimator;
 use crate::gate::gate;
+use crate::gil::release;
 use crate::points::{AnyPoints, Cloud};
 use crate::{enums, level};
 use pyo3::exceptions::PyTypeError;
@@ -181,7 +182,7 @@ pub fn robust_min_x(
     let (gate, estimator) = (self::gate(gate)?, estimator_or_default(estimator)?);
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
-    let found = release(py, points.len(), || match points {
+    let found = release(py, 3 * points.len(), || match points {
         AnyPoints::Single(points) => cloud::robust_min_x(points, &gate, estimator, level::current(), threads),
         AnyPoints::Double(points) => cloud::robust_min_x(points, &gate, estimator, level::current(), threads),
     });
@@ -274,7 +275,7 @@ pub fn ttc_from_clouds(
     let (previous, current) = (Cloud::view("previous", previous)?, Cloud::view("current", current)?);
     let clouds = (previous.points(), current.points());
     let level = level::current();
-    let found = release(py, clouds.0.len() + clouds.1.len(), || match clouds {
+    let found = release(py, 3 * (clouds.0.len() + clouds.1.len()), || match clouds {
         (AnyPoints::Single(previous), AnyPoints::Single(current)) => {
             Some(cloud::ttc_from_clouds([previous, current], dt, &gate, estimator, front_offset, level))
         }
@@ -289,12 +290,4 @@ pub fn ttc_from_clouds(
 
 fn estimator_or_default(object: Option<&Bound<'_, PyAny>>) -> PyResult<Estimator> {
     object.map_or(Ok(Estimator::KthSmallest(10)), estimator)
-}
-
-/// Work on fewer points than this is over before releasing the GIL pays.
-const WORTH_RELEASING: usize = 1 << 14;
-
-/// Run `work`, without the GIL if it is long.
-pub fn release<R: Send>(py: Python<'_>, points: usize, work: impl FnOnce() -> R + Send) -> R {
-    if points >= WORTH_RELEASING { py.detach(work) } else { work() }
 }

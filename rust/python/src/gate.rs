@@ -1,11 +1,12 @@
 //! `Gate`.
 
+use crate::axes;
 use crate::errors::value_error;
 use crate::road::Road;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use ttc_fast_core::cloud::{self, Axis, Interval};
+use ttc_fast_core::cloud::{self, Interval};
 
 /// Which points of a cloud count: a corridor ahead, and optionally a height band and bright enough returns.
 ///
@@ -77,7 +78,7 @@ impl Gate {
             (None, None) => None,
             _ => return Err(PyValueError::new_err("road and height must be given together")),
         };
-        let gate = cloud::Gate { x, y, z, intensity, axes: self::axes(axes)?, curvature, above };
+        let gate = cloud::Gate { x, y, z, intensity, axes: axes::parse(axes)?, curvature, above };
         gate.checked().map(Gate).map_err(value_error)
     }
 
@@ -149,7 +150,7 @@ impl Gate {
 
     #[getter]
     fn axes(&self) -> (String, String, String) {
-        let [forward, left, up] = self.0.axes.map(axis_name);
+        let [forward, left, up] = self.0.axes.map(axes::name);
         (forward, left, up)
     }
 
@@ -190,7 +191,7 @@ impl Gate {
         parts.extend(self.0.z.map(|z| format!("z={}", pair(z))));
         parts.extend(self.0.intensity.map(|intensity| format!("intensity={}", pair(intensity))));
         if self.0.axes != cloud::REP_103 {
-            let [forward, left, up] = self.0.axes.map(axis_name);
+            let [forward, left, up] = self.0.axes.map(axes::name);
             parts.push(format!("axes=('{forward}', '{left}', '{up}')"));
         }
         if self.0.curvature != 0.0 {
@@ -205,27 +206,6 @@ impl Gate {
 
 fn pair((low, high): Interval) -> String {
     format!("({low:?}, {high:?})")
-}
-
-const COLUMNS: [&str; 3] = ["x", "y", "z"];
-
-/// `axes=...`.
-pub fn axes(names: Option<[String; 3]>) -> PyResult<[Axis; 3]> {
-    names.map_or(Ok(cloud::REP_103), |[forward, left, up]| Ok([axis(&forward)?, axis(&left)?, axis(&up)?]))
-}
-
-fn axis(name: &str) -> PyResult<Axis> {
-    let bare = name.strip_prefix('-').unwrap_or(name);
-    let column = COLUMNS.iter().position(|column| *column == bare).ok_or_else(|| {
-        PyValueError::new_err(format!(
-            "axes must be \"x\", \"y\" or \"z\", with \"-\" before it if flipped, got {name:?}"
-        ))
-    })?;
-    Ok(Axis { column, flipped: bare.len() != name.len() })
-}
-
-fn axis_name(axis: Axis) -> String {
-    format!("{}{}", if axis.flipped { "-" } else { "" }, COLUMNS[axis.column])
 }
 
 /// `gate=...`.

@@ -2,15 +2,13 @@
 
 use crate::array::{Floats, Numbers, outputs};
 use crate::errors::value_error;
+use crate::gil::release;
 use crate::{level, motion};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use ttc_fast_core::column::{ColumnMut, Table, TableMut};
 use ttc_fast_core::ittc::{Rate, Speeds};
 use ttc_fast_core::real::Real;
-
-/// Work on fewer elements than this is over before releasing the GIL pays.
-const WORTH_RELEASING: usize = 1 << 15;
 
 /// Instantaneous time-to-collision of each range: ``range / max(closing_speed, 0)``, infinite where not closing.
 ///
@@ -170,7 +168,7 @@ fn run<T: Real>(
     mut out: TableMut<'_, T>,
 ) -> PyResult<()> {
     let closing = matches!(rate, Rate::ClosingSpeed(_));
-    let mut work = move || {
+    let work = move || {
         for row in 0..ranges.rows() {
             let speeds = speeds.row(row);
             let rate = if closing { Rate::ClosingSpeed(speeds) } else { Rate::RangeRate(speeds) };
@@ -187,7 +185,5 @@ fn run<T: Real>(
         }
         Ok(())
     };
-    let large = ranges.rows() * ranges.columns() >= WORTH_RELEASING;
-    let result = if large { py.detach(work) } else { work() };
-    result.map_err(value_error)
+    release(py, ranges.rows() * ranges.columns(), work).map_err(value_error)
 }

@@ -3,11 +3,13 @@
 #![allow(clippy::doc_markdown, reason = "docstrings for Python users are numpydoc, not rustdoc")]
 
 mod array;
+mod axes;
 mod cloud;
 mod enums;
 mod errors;
 mod estimator;
 mod gate;
+mod gil;
 mod ittc;
 mod level;
 mod minimum;

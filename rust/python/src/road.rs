@@ -1,8 +1,9 @@
 //! `Road`, and `fit_road`, which finds it.
 
 use crate::errors::value_error;
+use crate::gil::release;
 use crate::points::{AnyPoints, Cloud};
-use crate::{cloud::release, enums, gate};
+use crate::{axes, enums};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use ttc_fast_core::cloud::{self, Interval, RoadSearch};
@@ -261,7 +262,7 @@ pub fn fit_road(
     min_width: f64,
     min_share: f64,
 ) -> PyResult<RoadFit> {
-    let axes = gate::axes(axes)?;
+    let axes = axes::parse(axes)?;
     let min_patches = usize::try_from(min_patches)
         .map_err(|_| PyValueError::new_err(format!("min_patches must be at least 1, got {min_patches}")))?;
     let search = RoadSearch {
@@ -278,7 +279,7 @@ pub fn fit_road(
     };
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
-    let fit = release(py, points.len(), || match points {
+    let fit = release(py, 3 * points.len(), || match points {
         AnyPoints::Single(points) => cloud::fit_road(&points, &search),
         AnyPoints::Double(points) => cloud::fit_road(&points, &search),
     });

@@ -2,6 +2,7 @@
 
 use crate::array::{Floats, Numbers, outputs};
 use crate::errors::{no_data, value_error, value_error_in_row};
+use crate::gil::release;
 use crate::level;
 use crate::minimum::minimum;
 use crate::motion::{MotionArguments, Motions};
@@ -14,9 +15,6 @@ use std::sync::Arc;
 use ttc_fast_core::column::{Column, Table, TableMut};
 use ttc_fast_core::scan::{self, LimitsPolicy, Motion, Mount, Outline, Range, ScanTtc, Settings, TooClose};
 use ttc_fast_core::threads::pieces;
-
-/// Work on fewer beams than this is over before releasing the GIL pays.
-const WORTH_RELEASING: usize = 1 << 16;
 
 /// Instantaneous time-to-collision (iTTC) of the beams of one laser scanner.
 ///
@@ -512,11 +510,6 @@ impl ScanTTC {
 
 /// Fewer beams than this are not worth a thread of their own.
 const LEAST_PIECE: usize = 1 << 16;
-
-/// Run `work`, without the GIL if it is long.
-fn release<R: Send>(py: Python<'_>, beams: usize, work: impl FnOnce() -> R + Send) -> R {
-    if beams >= WORTH_RELEASING { py.detach(work) } else { work() }
-}
 
 const POLICIES: [(&str, LimitsPolicy); 2] = [("horizon", LimitsPolicy::Horizon), ("clamp", LimitsPolicy::Clamp)];
 const TOO_CLOSE: [(&str, TooClose); 2] = [("hit", TooClose::Hit), ("ignore", TooClose::Ignore)];

@@ -23,6 +23,16 @@ impl<T: Real> Candidate<T> {
     }
 }
 
+/// A distance, and what it rests on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Estimate {
+    pub x: f64,
+    /// The point that it is, if it is one.
+    pub index: Option<u32>,
+    /// How many candidates stand behind it.
+    pub support: usize,
+}
+
 /// The candidates of a cloud.
 pub(super) struct Candidates<T> {
     /// How many there are.

@@ -4,8 +4,7 @@
 //! through a grid of cells as wide as the longest link: all links of a point end in the 27 cells around its own. The
 //! first cluster with enough points is the answer, so on most frames one cluster is grown.
 
-use super::candidates::Candidate;
-use super::estimator::Estimate;
+use super::candidates::{Candidate, Estimate};
 use crate::real::Real;
 use rustc_hash::FxHashMap;
 

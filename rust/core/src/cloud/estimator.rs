@@ -3,7 +3,7 @@
 //! Each estimator answers the same question, how far ahead the nearest real thing is, with its own idea of which points are
 //! not real. They see candidates only as distances ahead, except for the cluster, which needs points.
 
-use super::candidates::Candidate;
+use super::candidates::{Candidate, Estimate};
 use super::cluster;
 use super::gate::Gate;
 use super::points::Points;
@@ -37,16 +37,6 @@ pub enum Estimator {
         /// How many points are enough.
         min_points: usize,
     },
-}
-
-/// A distance, and what it rests on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Estimate {
-    pub x: f64,
-    /// The point that it is, if it is one.
-    pub index: Option<u32>,
-    /// How many candidates stand behind it.
-    pub support: usize,
 }
 
 impl Estimator {

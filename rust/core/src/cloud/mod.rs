@@ -12,7 +12,7 @@ mod points;
 mod road;
 mod shrinking;
 
-use candidates::{Candidate, Candidates};
+use candidates::{Candidate, Candidates, Estimate};
 pub use {
     estimator::Estimator,
     gate::{Axis, Gate, Interval, REP_103},
@@ -79,9 +79,7 @@ pub fn robust_min_x<T: Real>(
     let seen = MinX { nearest_x: nearest.x.wide(), candidates: count, ..nothing };
     Ok(match estimator.estimate(&mut kept, &points, &gate) {
         None => MinX { detection: Detection::TooFew, ..seen },
-        Some(estimator::Estimate { x, index, support }) => {
-            MinX { x, index, support, detection: Detection::Found, ..seen }
-        }
+        Some(Estimate { x, index, support }) => MinX { x, index, support, detection: Detection::Found, ..seen },
     })
 }
 
