@@ -30,13 +30,15 @@ demo: $(VENV)/.has-demo ## time-to-collision over the sample that the package sh
 	$(call say,$(or $(LOG),the recorded approach that the package ships))
 	$(BIN)/ttc-fast demo $(if $(LOG),"$(LOG)")
 
-bench: $(VENV)/.has-bench ## measure the kernels, then whole Python calls against the reference, NumPy and numba
+bench: $(VENV)/.has-bench ## measure kernels, whole Python calls beside others, and how far the goals are reached
 	$(call say,kernels)
 	cargo bench --package ttc-fast-core --locked
 	$(call say,Python calls)
 	$(BIN)/pytest benches
 	$(call say,everybody side by side)
 	$(BIN)/python -m benches.report
+	$(call say,the goals; make bench DOCUMENT=docs/performance.md writes them down)
+	$(BIN)/python -m benches.goals $(if $(DOCUMENT),--markdown "$(DOCUMENT)")
 
 bench-check: $(VENV)/.has-bench ## run every benchmark once, as a test of its answer
 	$(call say,kernels)

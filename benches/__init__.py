@@ -1,1 +1,3 @@
-"""Whole Python calls against the reference, plain NumPy and a numba kernel, with every answer checked."""
+"""Whole Python calls against the reference, plain NumPy, numba, C++ and others, with every answer checked."""
+
+TWO_THREADS = "ttc_fast, 2 threads"

@@ -15,7 +15,7 @@ def _unchanged(data: Any) -> Any:
 
 @dataclass(frozen=True)
 class Contestant:
-    """A name, and an expression as a user would write it, of the input (by its ``argument`` name) and other ``names``."""
+    """A name, and an expression as a user would write it, of the input (called ``argument``) and other ``names``."""
 
     name: str
     expression: str

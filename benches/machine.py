@@ -16,11 +16,22 @@ def describe() -> dict[str, str]:
     """Processor and versions; no host name and no path."""
     return {
         "processor": _processor(),
+        "caches": ", ".join(f"{name} {size >> 10} KiB" for name, size in caches().items()) or "unknown",
         "level": ttc_fast.SIMD_LEVEL,
         "python": platform.python_version(),
         "numpy": np.__version__,
         "numba": numba.__version__,
     }
+
+
+def caches() -> dict[str, int]:
+    """Sizes of the data caches that one core sees, bytes; empty where the system does not tell."""
+    found = {}
+    for index in sorted(Path("/sys/devices/system/cpu/cpu0/cache").glob("index*")):
+        level, kind, size = ((index / name).read_text(encoding="ascii").strip() for name in ("level", "type", "size"))
+        if kind != "Instruction" and size.endswith("K"):
+            found[f"L{level}"] = int(size[:-1]) << 10
+    return found
 
 
 def _processor() -> str:
@@ -32,3 +43,8 @@ def _processor() -> str:
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     model = models[0] if models else platform.processor() or platform.machine()
     return f"{model}, {platform.machine()}, {os.cpu_count()} cores"
+
+
+def sentence() -> str:
+    """The same, to be read."""
+    return f"Measured on: {', '.join(f'{name} {value}' for name, value in describe().items())}."

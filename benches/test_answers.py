@@ -6,21 +6,22 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from benches.answers import check
-from benches.cases import CASES, Case
+from benches.case import Case, Entrant
+from benches.clouds.cases import CASES as CLOUDS
+from benches.scans.cases import CASES as SCANS
 from benches.timing import one_call
 
 if TYPE_CHECKING:
     from pytest_benchmark.fixture import BenchmarkFixture
 
-CONTESTANTS = [pytest.param(case, name, id=f"{case} {name}") for case in CASES for name in case.names]
+CASES: list[Case] = [*SCANS, *CLOUDS]
+ENTRANTS = [pytest.param(Entrant(case, name), id=f"{case} {name}") for case in CASES for name in case.names]
 
 
 @pytest.mark.benchmark(max_time=0.2, min_rounds=3)
-@pytest.mark.parametrize(("case", "name"), CONTESTANTS)
-def test_scan(benchmark: BenchmarkFixture, case: Case, name: str) -> None:
-    contestant = case.contestant(name)
-    check(case, contestant)
-    benchmark.group = str(case)
-    benchmark.extra_info["bytes"] = case.nbytes
-    benchmark(one_call(case, contestant))
+@pytest.mark.parametrize("entrant", ENTRANTS)
+def test_answers(benchmark: BenchmarkFixture, entrant: Entrant) -> None:
+    contestant = entrant.checked()
+    benchmark.group = str(entrant.case)
+    benchmark.extra_info["bytes"] = entrant.case.nbytes
+    benchmark(one_call(entrant.case, contestant))

@@ -57,7 +57,7 @@ def one_call(case: Case, contestant: Contestant) -> Callable[[], None]:
 
 
 class _Stint:
-    """What one contestant does in a turn: as many calls as fill the slice, on inputs that come round again and again."""
+    """What one contestant does in a turn: as many calls as fill the slice, on inputs that come round again."""
 
     def __init__(self, case: Case, contestant: Contestant) -> None:
         self._timed = contestant.compiled(_THROUGHPUT)

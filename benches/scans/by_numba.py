@@ -41,6 +41,18 @@ def least_turning(ranges: Any, vx: Any, vy: Any, cosines: Any, sines: Any, offse
 
 
 @numba.njit(error_model="numpy")
+def nearest_turning(ranges: Any, vx: Any, vy: Any, cosines: Any, sines: Any, offsets: Any) -> Any:
+    best, beam = np.inf, -1
+    for i in range(ranges.shape[0]):
+        closing = vx * cosines[i] + vy * sines[i]
+        if closing > MIN_CLOSING_SPEED and ranges[i] >= RANGE_MIN and ranges[i] <= RANGE_MAX:
+            ttc = max(ranges[i] - offsets[i], 0.0) / closing
+            if ttc < best:
+                best, beam = ttc, i
+    return best, beam
+
+
+@numba.njit(error_model="numpy")
 def least_each(ranges: Any, speeds: Any, cosines: Any, offsets: Any) -> Any:
     ttc = np.empty(ranges.shape[0])
     for row in range(ranges.shape[0]):

@@ -27,7 +27,14 @@ def least_turning(ranges: Any, vx: Any, vy: Any, cosines: Any, sines: Any, offse
 
 
 def nearest(ranges: Any, speed: Any, cosines: Any, offsets: Any) -> Any:
-    ttc = times(ranges, speed * cosines, offsets)
+    return _nearest(times(ranges, speed * cosines, offsets))
+
+
+def nearest_turning(ranges: Any, vx: Any, vy: Any, cosines: Any, sines: Any, offsets: Any) -> Any:
+    return _nearest(times(ranges, vx * cosines + vy * sines, offsets))
+
+
+def _nearest(ttc: Any) -> Any:
     beam = ttc.argmin()
     return ttc[beam], beam
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import DTypeLike, NDArray
 
     Floats = NDArray[np.floating[Any]]
@@ -68,6 +70,25 @@ def rooms(scans: int, beams: int, dtype: DTypeLike) -> Floats:
     ranges[chance < 0.04] = np.inf
     ranges[chance < 0.02] = np.nan
     return ranges.astype(dtype)
+
+
+def flat_walls(scans: int, beams: int, dtype: DTypeLike) -> Floats:
+    """Scans of a wall across the way ahead, each at another distance, and of nothing else."""
+    cos, _ = directions(beams)
+    distances = np.linspace(4.0, 12.0, scans)[:, np.newaxis]
+    with np.errstate(divide="ignore"):
+        return np.where(cos > 0.0, distances / cos, np.inf).astype(dtype)
+
+
+def ties(scans: int, beams: int, dtype: DTypeLike) -> Floats:
+    """Scans in which every closing beam of the turning car takes the same time, but for rounding: the worst case."""
+    cos, sin = directions(beams)
+    closing = SPEED * cos + YAW_RATE * MOUNT[0] * sin
+    times = np.linspace(1.0, 3.0, scans)[:, np.newaxis]
+    return np.where(closing > MIN_CLOSING_SPEED, offsets(beams) + times * closing, 10.0).astype(dtype)
+
+
+SCENES: dict[str, Callable[[int, int, DTypeLike], Floats]] = {"rooms": rooms, "wall": flat_walls, "ties": ties}
 
 
 def _to_rectangle(edges: tuple[float, float, float, float], cos: Floats, sin: Floats) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""What is measured: jobs of some size, and who does them."""
+"""What is asked of scanners: jobs of some size, and who does them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import benches
 import ttc_fast
-from benches.scans import by_numba, by_numpy, car, jobs
+from benches import native
 from benches.contestant import Contestant
+from benches.scans import by_numba, by_numpy, car, jobs
+from benches.scans.answers import check
 from ttc_fast import reference
 
 if TYPE_CHECKING:
@@ -19,7 +22,8 @@ if TYPE_CHECKING:
 POOL_BYTES, POOL_SCANS = 1 << 19, 64
 """Scans take turns, so that no branch predictor learns one by heart; together they stay near the processor."""
 
-_rooms = lru_cache(maxsize=2)(car.rooms)
+
+_scenes = {name: lru_cache(maxsize=2)(scene) for name, scene in car.SCENES.items()}
 
 
 @dataclass(frozen=True)
@@ -31,9 +35,17 @@ class Case:
     dtype: str = "float32"
     rows: int | None = None
     """Of a batch."""
+    scene: str = "rooms"
+    """One of ``car.SCENES``."""
 
     def __str__(self) -> str:
-        return f"{self.job.name} {self.size} {self.dtype}"
+        where = "" if self.scene == "rooms" else f" {self.scene}"
+        return f"{self.job.name} {self.size} {self.dtype}{where}"
+
+    @property
+    def call(self) -> str:
+        """The name of the job."""
+        return self.job.name
 
     @property
     def size(self) -> str:
@@ -48,13 +60,18 @@ class Case:
     def pool(self) -> list[Any]:
         """Scans, or batches of them, to be asked about in turn."""
         calls = min(max(POOL_BYTES // self.nbytes, 2), POOL_SCANS)
-        scans = _rooms(calls * (self.rows or 1), self.beams, self.dtype)
+        scans = _scenes[self.scene](calls * (self.rows or 1), self.beams, self.dtype)
         return list(scans if self.rows is None else scans.reshape(calls, self.rows, self.beams))
 
     @property
     def names(self) -> list[str]:
         """Of everybody who can do the job; ttc_fast first."""
-        return ["ttc_fast", "reference", "NumPy", *(["numba"] if hasattr(by_numba, self.job.function) else [])]
+        optional = {
+            "numba": hasattr(by_numba, self.job.function),
+            native.COPY if self.job.every_beam else native.READ: native.AVAILABLE,
+            benches.TWO_THREADS: self.rows is not None,
+        }
+        return ["ttc_fast", "reference", "NumPy", *(name for name, is_here in optional.items() if is_here)]
 
     def contestant(self, name: str) -> Contestant:
         """One of ``names``."""
@@ -68,17 +85,27 @@ class Case:
                 return Contestant(name, call, self._tables(by_numpy, self.dtype))
             case "numba":
                 return Contestant(name, call, self._tables(by_numba, "float64"))
+            case native.READ:
+                return native.bare_read(self.nbytes)
+            case native.COPY:
+                return native.bare_copy(self.nbytes)
+            case benches.TWO_THREADS:
+                return Contestant(name, self.job.library, self._objects(ttc_fast, threads=2))
             case _:
                 raise ValueError(f"name must be one of {self.names}, got {name!r}")
+
+    def check(self, contestant: Contestant) -> None:
+        """AssertionError if an answer is not that of plain NumPy in float64."""
+        check(self, contestant)
 
     def exact(self) -> Contestant:
         """Gives the time of each beam, in float64."""
         return Contestant("exact", self.job.exact, self._tables(by_numpy, "float64"))
 
-    def _objects(self, module: ModuleType) -> dict[str, Any]:
+    def _objects(self, module: ModuleType, **settings: Any) -> dict[str, Any]:
         """The names of an expression in the library's words."""
         shape = self.beams if self.rows is None else (self.rows, self.beams)
-        scan = module.ScanTTC(*car.place(self.beams), **car.SETTINGS)
+        scan = module.ScanTTC(*car.place(self.beams), **car.SETTINGS, **settings)
         return {"scan": scan, "ittc": module.ittc, "out": np.empty(shape, self.dtype), **self._motion(self.dtype)}
 
     def _tables(self, module: ModuleType, dtype: str) -> dict[str, Any]:
@@ -99,10 +126,15 @@ class Case:
         }
 
 
+WALL = Case(jobs.NEAREST_TURNING, 1080, scene="wall")
+TIES = Case(jobs.NEAREST_TURNING, 1080, scene="ties")
 CASES = [
     *(Case(job, beams) for job in (jobs.MIN, jobs.NEAREST) for beams in (271, 1080, 4096, 65_536)),
     *(Case(job, beams) for job in (jobs.PER_BEAM, jobs.ITTC) for beams in (271, 1080, 4096, 65_536)),
     *(Case(jobs.TURNING, beams) for beams in (1080, 65_536)),
+    *(Case(jobs.TURNING, 1080, scene=scene) for scene in ("wall", "ties")),
+    *(WALL, TIES),
     *(Case(job, 1080, "float64") for job in (jobs.MIN, jobs.NEAREST, jobs.PER_BEAM, jobs.ITTC)),
+    *(Case(job, 65_536, "float64") for job in (jobs.MIN, jobs.PER_BEAM)),
     *(Case(job, 1080, rows=1024) for job in (jobs.MIN_BATCH, jobs.NEAREST_BATCH, jobs.PER_BEAM_BATCH)),
 ]

@@ -1,4 +1,4 @@
-"""The questions, and the two ways to ask each: by the library's names, or by a function and its tables."""
+"""The questions about scans, and the two ways to ask each: by the library's names, or by a function and its tables."""
 
 from __future__ import annotations
 
@@ -34,6 +34,13 @@ TURNING = Job(
     "least_turning",
     "ranges, speed, sideways, cosines, sines, offsets",
     "times(ranges, speed * cosines + sideways * sines, offsets)",
+)
+NEAREST_TURNING = Job(
+    "nearest, turning",
+    "scan.nearest(ranges, speed, yaw_rate)",
+    "nearest_turning",
+    TURNING.arguments,
+    TURNING.exact,
 )
 NEAREST = Job("nearest", "scan.nearest(ranges, speed)", "nearest", _STRAIGHT, _EXACT)
 PER_BEAM = Job("per_beam", "scan.per_beam(ranges, speed, out=out)", "per_beam", _STRAIGHT, _EXACT, every_beam=True)

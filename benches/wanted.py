@@ -1,0 +1,83 @@
+"""The goals, in groups that are measured together, in turns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import benches
+from benches import native
+from benches.clouds import cases as clouds
+from benches.clouds import jobs as estimators
+from benches.clouds import street
+from benches.goal import Goal, at_level, faster, within
+from benches.scans import jobs
+from benches.scans.cases import TIES, WALL
+from benches.scans.cases import Case as Scan
+
+if TYPE_CHECKING:
+    from benches.case import Case
+
+
+def _least(beams: int, numpy: float, numba: float) -> list[Goal]:
+    case = Scan(jobs.MIN, beams)
+    return [faster(case, "NumPy", numpy), faster(case, "numba", numba)]
+
+
+def _per_beam(beams: int) -> list[Goal]:
+    case = Scan(jobs.PER_BEAM, beams)
+    return [faster(case, "NumPy", 20), faster(case, native.COPY, 0.6)]
+
+
+def _kth(points: int, numpy: float) -> Goal:
+    return faster(clouds.KTH[points], "NumPy", numpy)
+
+
+def _estimator(case: clouds.Case) -> list[Goal]:
+    if case.job is estimators.CLUSTER:
+        return [faster(case, native.READ, 0.7), faster(case, "SciPy", 20), faster(case, "Open3D", 20)]
+    return [faster(case, native.READ, 0.7)]
+
+
+_FRAME, _MILLION = clouds.KTH[street.FRAME], clouds.KTH[1_000_000]
+_BATCH = Scan(jobs.MIN_BATCH, 1080, rows=1024)
+_RANDOM = next(case for case in clouds.ORDERS if case.order == "random order")
+_SINGLE, _LONG = Scan(jobs.MIN, 1080), Scan(jobs.MIN, 65_536)
+
+GROUPS: list[list[Goal]] = [
+    _least(271, 100, 9),
+    _least(1080, 75, 14),
+    _least(4096, 50, 20),
+    _least(65_536, 34, 22),
+    [
+        within(case, Scan(jobs.TURNING, 1080, scene=case.scene), 4, "min, same scans")
+        for case in (Scan(jobs.NEAREST_TURNING, 1080), WALL, TIES)
+    ],
+    _per_beam(1080),
+    _per_beam(65_536),
+    [faster(_BATCH, "NumPy", 33), faster(_BATCH, native.READ, 0.5)],
+    [_kth(1_000, 70)],
+    [_kth(20_000, 35)],
+    [
+        _kth(street.FRAME, 22),
+        faster(_FRAME, native.CPP, 3.2),
+        faster(_FRAME, estimators.OPEN3D_MINIMUM, 230),
+        faster(_FRAME, native.READ, 0.9),
+    ],
+    [_kth(1_000_000, 22), faster(_MILLION, native.READ, 0.9)],
+    *(_estimator(case) for case in clouds.EVERY if case.job is not estimators.KTH),
+    [
+        within(case, _RANDOM, 2, "random order")
+        for case in clouds.ORDERS
+        if case.order not in ("as recorded", "random order")
+    ],
+    *([faster(case, "NumPy", 8), faster(case, estimators.COPYING, 1)] for case in clouds.RECORDS),
+    [within(Scan(jobs.MIN, beams, "float64"), Scan(jobs.MIN, beams), 2.2, "float32") for beams in (1080, 65_536)],
+    [within(Scan(jobs.PER_BEAM, 65_536, "float64"), Scan(jobs.PER_BEAM, 65_536), 2.2, "float32")],
+    [within(clouds.FLOAT64, _FRAME, 2.2, "float32")],
+    [faster(case, "ttc_fast", 1.6, "one thread", ours=benches.TWO_THREADS) for case in (_BATCH, _MILLION)],
+]
+
+LEVELLED: list[Case] = [_SINGLE, _LONG, Scan(jobs.NEAREST, 1080), Scan(jobs.PER_BEAM, 1080), _BATCH, _FRAME, _MILLION]
+LEVELS: list[Goal] = [
+    at_level(case, level, limit) for level, limit in (("avx2", 1.8), ("baseline", 4)) for case in LEVELLED
+]
