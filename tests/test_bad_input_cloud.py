@@ -209,7 +209,20 @@ def test_bounds_swapped_or_nan(argument: str, bounds: tuple[float, float]) -> No
 
 
 @pytest.mark.parametrize("argument", INTERVALS)
-@pytest.mark.parametrize("bounds", [3.0, "ab", (), (1.0,), (1.0, 2.0, 3.0), ("a", "b"), (None, 1.0), [1.0, 2.0], ...])
+def test_bounds_may_be_lists(argument: str) -> None:
+    """As parameter files give them."""
+    assert getattr(gate_with(**{argument: [1.0, 2.0]}), argument) == (1.0, 2.0)
+
+
+def test_a_cloud_that_lies_on_its_side() -> None:
+    """(4, N) is not four points with N numbers each."""
+    for points in (np.ones((4, 1000)), np.ones((3, 65), np.float32), np.ones((4, 32, 1024))):
+        assert "transposed" in refused(ValueError, "points", robust_min_x, points)
+    assert robust_min_x(np.ones((4, 64))).candidates == 4
+
+
+@pytest.mark.parametrize("argument", INTERVALS)
+@pytest.mark.parametrize("bounds", [3.0, "ab", (), (1.0,), (1.0, 2.0, 3.0), ("a", "b"), (None, 1.0), ...])
 def test_bounds_that_are_none(argument: str, bounds: Any) -> None:
     with pytest.raises((TypeError, ValueError)) as caught:
         gate_with(**{argument: bounds})

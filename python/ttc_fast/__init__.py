@@ -1,8 +1,11 @@
-"""Time-to-collision from laser scans, point clouds and cameras.
+"""Time-to-collision from laser scans and point clouds.
 
 Rust kernels on zero-copy NumPy views. ``ttc_fast.reference`` has the same names in plain NumPy: it is the
 specification, and what the kernels are tested against.
 """
+
+import importlib
+from typing import Any
 
 from ttc_fast._core import (
     SIMD_LEVEL,
@@ -68,3 +71,10 @@ __all__ = [
     "ttc_from_clouds",
     "ttc_from_distances",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """``ttc_fast.reference``, imported when first asked for: a perception loop does without it."""
+    if name == "reference":
+        return importlib.import_module("ttc_fast.reference")
+    raise AttributeError(f"module 'ttc_fast' has no attribute {name!r}")

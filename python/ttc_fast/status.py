@@ -9,6 +9,30 @@ class Status(IntEnum):
     A float cannot say whether nothing is there or nothing was seen, so a status stands beside it. The values are fixed;
     in arrays they are uint8. When several hold, the largest wins, except that CONTACT outranks TOO_FEW.
 
+    Attributes
+    ----------
+    CLEAR
+        Looked, and there is nothing to hit.
+    NOT_CLOSING
+        Something is there and does not come closer; the TTC is infinite.
+    CLOSING
+        Something comes closer.
+    CONTACT
+        Something touches or is inside the outline. Its own TTC is 0 while closing and infinite while opening; something
+        else may come closer all the same and decide the TTC of the whole.
+    TOO_FEW
+        Fewer points than the estimator needs.
+    WARMING_UP
+        Too few frames so far.
+    LOST
+        The target was there and is not any more. For trackers; nothing here gives it yet.
+    STALE
+        The newest data are too old. For trackers; nothing here gives it yet.
+    NO_DATA
+        Nothing valid was seen.
+    INVALID
+        The input makes no sense.
+
     Examples
     --------
     >>> from ttc_fast import Status
@@ -17,29 +41,30 @@ class Status(IntEnum):
     """
 
     CLEAR = 0
-    """Looked, and there is nothing to hit."""
     NOT_CLOSING = 1
-    """Something is there and does not come closer; the TTC is infinite."""
     CLOSING = 2
-    """Something comes closer."""
     CONTACT = 3
-    """Touching or inside the outline: 0 while closing, infinite while opening."""
     TOO_FEW = 4
-    """Fewer points than the estimator needs."""
     WARMING_UP = 5
-    """Too few frames so far."""
     LOST = 6
-    """The target was there and is not any more."""
     STALE = 7
-    """The newest data are too old."""
     NO_DATA = 8
-    """Nothing valid was seen."""
     INVALID = 9
-    """The input makes no sense."""
 
 
 class Detection(IntEnum):
     """What ``robust_min_x`` found in a cloud.
+
+    Attributes
+    ----------
+    FOUND
+        Something is ahead, and the estimator vouches for it.
+    CLEAR
+        There are valid points, and none inside the gate.
+    TOO_FEW
+        There are candidates, but too few for the estimator.
+    NO_DATA
+        There is no valid point at all.
 
     Examples
     --------
@@ -49,17 +74,22 @@ class Detection(IntEnum):
     """
 
     FOUND = 0
-    """Something is ahead, and the estimator vouches for it."""
     CLEAR = 1
-    """There are valid points, and none inside the gate."""
     TOO_FEW = 2
-    """There are candidates, but too few for the estimator."""
     NO_DATA = 3
-    """There is no valid point at all."""
 
 
 class RoadStatus(IntEnum):
     """Whether ``fit_road`` found a road in a cloud.
+
+    Attributes
+    ----------
+    FOUND
+        There is one.
+    NOT_FOUND
+        There are valid points, and no plane among them passes for a road.
+    NO_DATA
+        There is no valid point at all.
 
     Examples
     --------
@@ -69,8 +99,5 @@ class RoadStatus(IntEnum):
     """
 
     FOUND = 0
-    """There is one."""
     NOT_FOUND = 1
-    """There are valid points, and no plane among them passes for a road."""
     NO_DATA = 2
-    """There is no valid point at all."""

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
 
 COORDINATES = ("x", "y", "z")
+WIDEST_POINT = 64
+"""Points have fewer numbers than this; an array of points as columns has more."""
 
 
 class Cloud(NamedTuple):
@@ -48,6 +50,8 @@ def _of_rows(argument: str, points: NDArray[Any]) -> Cloud:
             f"{argument} must have shape (N, 3), (N, 4) or wider, or (H, W, 3) or wider for an organised cloud, "
             f"got {points.shape}"
         )
+    if points.shape[-1] > WIDEST_POINT:
+        raise ValueError(f"{argument} has shape {points.shape}, which looks transposed; pass {argument}.T")
     return _of_columns(argument, tuple(np.moveaxis(points, -1, 0)[:4]))
 
 

@@ -140,7 +140,8 @@ impl CloudTTC {
 ///     intensity (uint8, uint16, float32 or float64); or a tuple of columns (x, y, z) or (x, y, z, intensity).
 ///     ``from_pointcloud2`` reads a ROS message. Rows with a non-finite coordinate, and rows exactly (0, 0, 0), never count.
 /// gate : Gate, optional
-///     Which points count; by default ``Gate()``, a lane 4 m wide.
+///     Which points count; by default ``Gate()``, a lane 4 m wide in which the road and one's own bonnet count too. On the
+///     raw cloud of a car, use ``Gate.above_road(...)`` with ``x`` from the bumper on.
 /// estimator : estimator object, optional
 ///     How outliers are survived; by default ``KthSmallest(10)``.
 /// threads : int
@@ -233,7 +234,7 @@ pub fn ttc_from_distances(previous: f64, current: f64, dt: f64) -> PyResult<f64>
 /// dt : float
 ///     Time between them, s, from their stamps.
 /// gate : Gate, optional
-///     Which points count; by default ``Gate()``.
+///     Which points count; by default ``Gate()``, in which the road and one's own bonnet count too.
 /// estimator : estimator object, optional
 ///     How outliers are survived; by default ``KthSmallest(10)``.
 /// front_offset : float

@@ -20,7 +20,7 @@ use ttc_fast_core::cloud::{self, Interval};
 /// y : (float, float)
 ///     Left, m; from the path if ``curvature`` is not 0. The default is a lane 4 m wide.
 /// z : (float, float), optional
-///     Up, m.
+///     Up, m. Without it the road, and one's own bonnet, are inside the gate: see ``above_road``, ``height`` and ``fit_road``.
 /// intensity : (float, float), optional
 ///     In the units stored. A cloud without intensity is then refused.
 /// axes : (str, str, str)
@@ -57,26 +57,31 @@ pub struct Gate(pub cloud::Gate);
 impl Gate {
     #[new]
     #[pyo3(
-        signature = (x=(0.0, f64::INFINITY), y=(-2.0, 2.0), z=None, intensity=None, axes=None, *, curvature=0.0, road=None,
+        signature = (x=[0.0, f64::INFINITY], y=[-2.0, 2.0], z=None, intensity=None, axes=None, *, curvature=0.0, road=None,
             height=None),
         text_signature = "(x=(0.0, 1e999), y=(-2.0, 2.0), z=None, intensity=None, axes=('x', 'y', 'z'), *, curvature=0.0, \
             road=None, height=None)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
-        x: Interval,
-        y: Interval,
-        z: Option<Interval>,
-        intensity: Option<Interval>,
+        x: [f64; 2],
+        y: [f64; 2],
+        z: Option<[f64; 2]>,
+        intensity: Option<[f64; 2]>,
         axes: Option<[String; 3]>,
         curvature: f64,
         road: Option<PyRef<'_, Road>>,
-        height: Option<Interval>,
+        height: Option<[f64; 2]>,
     ) -> PyResult<Self> {
+        let (x, y) = (x.into(), y.into());
+        let [z, intensity, height] = [z, intensity, height].map(|bounds| bounds.map(Interval::from));
         let above = match (road, height) {
             (Some(road), Some(height)) => Some((road.0, height)),
             (None, None) => None,
-            _ => return Err(PyValueError::new_err("road and height must be given together")),
+            (Some(_), None) => return Err(PyValueError::new_err("road needs height=(low, high), the band above it")),
+            (None, Some(_)) => {
+                return Err(PyValueError::new_err("height needs road=..., which is None where fit_road found none"));
+            }
         };
         let gate = cloud::Gate { x, y, z, intensity, axes: axes::parse(axes)?, curvature, above };
         gate.checked().map(Gate).map_err(value_error)

@@ -11,6 +11,9 @@ use ttc_fast_core::cloud::{Intensity, Points};
 use ttc_fast_core::column::Table;
 use ttc_fast_core::real::Real;
 
+/// Points have fewer numbers than this; an array of points as columns has more.
+const WIDEST_POINT: usize = 64;
+
 type Array<'py> = Bound<'py, PyUntypedArray>;
 
 /// A cloud, and the arrays that it lies in.
@@ -60,6 +63,13 @@ impl<'py> Cloud<'py> {
 
     /// Plain rows: (N, 3) or wider, the fourth column being the intensity, or (H, W, 3) or wider.
     fn of_rows(argument: &str, array: Array<'py>) -> PyResult<Self> {
+        if array.shape().last().is_some_and(|width| *width > WIDEST_POINT) {
+            return Err(PyValueError::new_err(format!(
+                "{argument} has shape {:?}, which looks transposed: the last axis is x, y, z and what else a point has; \
+                 {argument}.T turns (4, N) into (N, 4)",
+                array.shape()
+            )));
+        }
         let points = match (rows::<f32>(&array), rows::<f64>(&array)) {
             (Some((xyz, intensity)), _) => AnyPoints::Single(points(xyz, intensity.map(Intensity::F32))?),
             (_, Some((xyz, intensity))) => AnyPoints::Double(points(xyz, intensity.map(Intensity::F64))?),

@@ -2,7 +2,7 @@
 
 use super::points::{Points, Row};
 use super::road::Road;
-use crate::error::{Error, finite};
+use crate::error::{Error, finite, non_negative};
 use crate::real::Real;
 
 /// An interval, bounds included.
@@ -78,9 +78,9 @@ impl Gate {
     /// Bounds on z that are heights above a flat road, for a sensor `sensor_height` above it.
     ///
     /// # Errors
-    /// When the sensor's height is not finite, or the band is empty.
+    /// When the sensor's height is negative or not finite, or the band is empty.
     pub fn height_band(sensor_height: f64, clearance: f64, headroom: f64) -> Result<Interval, Error> {
-        finite("sensor_height", sensor_height)?;
+        non_negative("sensor_height", sensor_height)?;
         if clearance.is_nan() || clearance == f64::INFINITY {
             return Err(Error::new("clearance", format!("must be a height or -inf, got {clearance}")));
         }

@@ -1,0 +1,100 @@
+//! The cloud kernel at every instruction-set level, each answer checked against a naive loop before it is timed.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use std::hint::black_box;
+use ttc_fast_core::cloud::{Estimator, Gate, Intensity, MinX, Points, robust_min_x};
+use ttc_fast_core::column::{Column, Table};
+use ttc_fast_core::simd::Level;
+
+type Row = [f32; 4];
+
+const SIZES: [usize; 3] = [20_000, 114_000, 1_000_000];
+const FRAME: usize = 114_000;
+const K: usize = 20;
+
+/// Low things in the own lane that reflect.
+fn gate() -> Gate {
+    Gate { x: (2.0, 20.0), z: Some((-1.5, -0.9)), intensity: Some((0.1, 1.0)), ..Gate::default() }
+}
+
+/// Things all around, a few of a thousand of them inside the gate. The same in every run.
+fn street(points: usize) -> Vec<Row> {
+    let mut state = 2026_u64;
+    let mut random = |low: f32, high: f32| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * (state >> 40) as f32 / (1_u32 << 24) as f32
+    };
+    (0..points).map(|_| [random(-60.0, 60.0), random(-30.0, 30.0), random(-2.0, 3.0), random(0.0, 1.0)]).collect()
+}
+
+fn points(rows: &[Row]) -> Points<'_, f32> {
+    let column = |at: usize| {
+        // SAFETY: number `at` of four of every row, as long as the rows are borrowed.
+        let column = unsafe { Column::from_raw(rows.as_ptr().cast::<f32>().add(at).cast(), rows.len(), 16) };
+        // SAFETY: a single row is the column itself.
+        unsafe { Table::from_raw(column, 1, 0) }
+    };
+    Points::new([column(0), column(1), column(2)], Some(Intensity::F32(column(3)))).expect("columns of equal shape")
+}
+
+/// The distances inside the gate, nearest first: the definition.
+fn inside(rows: &[Row]) -> Vec<f32> {
+    let is_inside = |&&[x, y, z, intensity]: &&Row| {
+        (2.0..=20.0).contains(&x)
+            && (-2.0..=2.0).contains(&y)
+            && (-1.5..=-0.9).contains(&z)
+            && (0.1..=1.0).contains(&intensity)
+    };
+    let mut distances: Vec<f32> = rows.iter().filter(is_inside).map(|row| row[0]).collect();
+    distances.sort_unstable_by(f32::total_cmp);
+    distances
+}
+
+fn run(rows: &[Row], estimator: Estimator, level: Level) -> MinX {
+    robust_min_x(points(black_box(rows)), &gate(), estimator, level, 1).expect("the settings make sense")
+}
+
+fn check(rows: &[Row], estimator: Estimator, level: Level) {
+    let (answer, inside) = (run(rows, estimator, level), inside(rows));
+    assert_eq!(answer.candidates, inside.len());
+    assert_eq!(answer.nearest_x, f64::from(inside[0]));
+    if let Estimator::KthSmallest(k) = estimator {
+        assert_eq!(answer.x, f64::from(inside[k - 1]));
+    }
+}
+
+/// Benchmarks an estimator over `rows` at every level, after a look at its answer.
+fn each_level(c: &mut Criterion, name: &str, rows: &[Row], estimator: Estimator) {
+    let mut group = c.benchmark_group(name);
+    group.throughput(Throughput::Bytes(size_of_val(rows) as u64));
+    for level in Level::all() {
+        check(rows, estimator, level);
+        group.bench_function(BenchmarkId::new(level.to_string(), rows.len()), |b| {
+            b.iter(|| run(rows, estimator, level));
+        });
+    }
+    group.finish();
+}
+
+fn cloud(c: &mut Criterion) {
+    for points in SIZES {
+        each_level(c, "k-th smallest", &street(points), Estimator::KthSmallest(K));
+    }
+    let frame = street(FRAME);
+    for (name, estimator) in [
+        ("minimum", Estimator::Minimum),
+        ("median", Estimator::Quantile(0.5)),
+        ("mean of lowest", Estimator::MeanOfLowest(K)),
+        ("fence", Estimator::InterquartileFence(1.5)),
+        ("supported", Estimator::Supported { points: 3, gap: 0.5 }),
+        ("cluster", Estimator::Cluster { tolerance: 0.5, min_points: 3 }),
+    ] {
+        each_level(c, name, &frame, estimator);
+    }
+    let mut sorted = street(SIZES[2]);
+    sorted.sort_unstable_by(|a, b| b[0].total_cmp(&a[0]));
+    each_level(c, "k-th smallest, descending", &sorted, Estimator::KthSmallest(K));
+}
+
+criterion_group!(benches, cloud);
+criterion_main!(benches);

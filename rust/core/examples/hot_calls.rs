@@ -1,0 +1,187 @@
+//! The hot calls on pinned input at the AVX2 level, for `tools/instructions.py` to count their instructions.
+//!
+//! Without arguments it names them; with a name and a number it makes that call so many times.
+
+use std::env;
+use std::f64::consts::PI;
+use std::hint::black_box;
+use ttc_fast_core::cloud::{Detection, Estimator, Gate, Points, robust_min_x};
+use ttc_fast_core::column::{Column, ColumnMut, Table};
+use ttc_fast_core::ittc::{Rate, Speeds, ittc};
+use ttc_fast_core::real::Real;
+use ttc_fast_core::scan::{Motion, Mount, Outline, Range, ScanTtc, Settings};
+use ttc_fast_core::simd::Level;
+
+/// A name, and what makes the call a number of times.
+type Call = (&'static str, fn(usize));
+
+const CALLS: [Call; 11] = [
+    ("ScanTTC.min, straight", |times| min::<f32>(STRAIGHT, times)),
+    ("ScanTTC.min, turning", |times| min::<f32>(TURNING, times)),
+    ("ScanTTC.min, float64", |times| min::<f64>(STRAIGHT, times)),
+    ("ScanTTC.nearest", nearest),
+    ("ScanTTC.per_beam", per_beam),
+    ("ittc", ittc_of_beams),
+    ("KthSmallest", |times| nearest_ahead(KTH_SMALLEST, 16, times)),
+    ("KthSmallest, packed records", |times| nearest_ahead(KTH_SMALLEST, 22, times)),
+    ("Quantile", |times| nearest_ahead(Estimator::Quantile(0.05), 16, times)),
+    ("Supported", |times| nearest_ahead(Estimator::Supported { points: 20, gap: 0.2 }, 16, times)),
+    ("Cluster", |times| nearest_ahead(Estimator::Cluster { tolerance: 0.5, min_points: 20 }, 16, times)),
+];
+
+/// Calls see frames in turn, so that the count rests on more than the luck of one.
+const FRAMES: usize = 4;
+
+const BEAMS: usize = 1080;
+const STRAIGHT: Motion = Motion { speed: 5.0, yaw_rate: 0.0, lateral_speed: 0.0 };
+const TURNING: Motion = Motion { speed: 5.0, yaw_rate: 0.8, lateral_speed: 0.0 };
+
+const RINGS: usize = 32;
+const AZIMUTHS: usize = 640;
+const SENSOR_HEIGHT: f64 = 1.7;
+const KTH_SMALLEST: Estimator = Estimator::KthSmallest(20);
+
+fn main() {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    match arguments.as_slice() {
+        [] => CALLS.iter().for_each(|(name, _)| println!("{name}")),
+        [name, times] => {
+            let (_, call) = CALLS.iter().find(|(known, _)| known == name).expect("the name is one of those printed");
+            call(times.parse().expect("times is a number"));
+        }
+        _ => panic!("usage: hot_calls [NAME TIMES]"),
+    }
+}
+
+fn min<T: Range>(motion: Motion, times: usize) {
+    let scan = scanner();
+    in_turn(times, &rooms::<T>(&scan), |ranges| {
+        let ttc = scan.min(Column::new(ranges), motion).expect("one range for each beam");
+        assert!(ttc.expect("the room is seen").is_finite());
+    });
+}
+
+fn nearest(times: usize) {
+    let scan = scanner();
+    in_turn(times, &rooms::<f32>(&scan), |ranges| {
+        let nearest = scan.nearest(Column::new(ranges), TURNING).expect("one range for each beam");
+        assert!(nearest.beam.is_some());
+    });
+}
+
+fn per_beam(times: usize) {
+    let scan = scanner();
+    let mut out = [0.0_f32; BEAMS];
+    in_turn(times, &rooms::<f32>(&scan), |ranges| {
+        scan.per_beam(Column::new(ranges), STRAIGHT, &mut ColumnMut::new(&mut out), None).expect("lengths agree");
+        assert!(black_box(&out)[BEAMS / 2] > 0.0);
+    });
+}
+
+fn ittc_of_beams(times: usize) {
+    let scan = scanner();
+    let speeds: Vec<f32> = scan.settings().angles().map(|angle| f32::of(STRAIGHT.speed * angle.cos())).collect();
+    let mut out = [0.0_f32; BEAMS];
+    in_turn(times, &rooms::<f32>(&scan), |ranges| {
+        let rate = Rate::ClosingSpeed(Speeds::Each(Column::new(&speeds)));
+        ittc(avx2(), Column::new(ranges), rate, 0.0, &mut ColumnMut::new(&mut out), None).expect("lengths agree");
+        assert!(black_box(&out)[BEAMS / 2] > 0.0);
+    });
+}
+
+fn nearest_ahead(estimator: Estimator, record: usize, times: usize) {
+    let z = Gate::height_band(SENSOR_HEIGHT, 0.3, 2.5).expect("the band is not empty");
+    let gate = Gate { z: Some(z), ..Gate::default() };
+    in_turn(times, &streets(record), |records| {
+        let found = robust_min_x(points(records, record), &gate, estimator, avx2(), 1).expect("the gate makes sense");
+        assert_eq!(found.detection, Detection::Found);
+    });
+}
+
+/// Makes `call` on one frame after the other, `times` times in all.
+fn in_turn<F>(times: usize, frames: &[F], mut call: impl FnMut(&F)) {
+    frames.iter().cycle().take(times).for_each(|frame| call(black_box(frame)));
+}
+
+/// The level that every recent x86-64 processor has, and callgrind knows.
+fn avx2() -> Level {
+    let level = Level::at_most("avx2").expect("a known name");
+    assert_eq!(level.to_string(), "avx2", "this processor has no AVX2");
+    level
+}
+
+/// A scanner in a small car, looking 240 degrees around.
+fn scanner() -> ScanTtc {
+    let settings = Settings {
+        range_min: 0.06,
+        range_max: 30.0,
+        mount: Mount { x: 0.27, y: 0.0, yaw: 0.0 },
+        outline: Some(Outline { x_rear: -0.1, x_front: 0.45, y_right: -0.15, y_left: 0.15 }),
+        ..Settings::new(-2.0 * PI / 3.0, 4.0 * PI / 3.0 / (BEAMS - 1) as f64, BEAMS)
+    };
+    ScanTtc::new(settings, avx2()).expect("the settings make sense")
+}
+
+/// Scans of a room: noise on its walls, and NaN, +inf and error codes in between.
+fn rooms<T: Real>(scan: &ScanTtc) -> [Vec<T>; FRAMES] {
+    let mut random = Random(2026);
+    let mut reading = |angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        let along = if cos > 0.0 { 9.0 } else { 3.0 } / cos.abs();
+        let wall = along.min(2.5 / sin.abs()) + 0.02 * random.next();
+        match random.next() {
+            chance if chance < 0.02 => f64::NAN,
+            chance if chance < 0.04 => f64::INFINITY,
+            chance if chance < 0.05 => 0.005,
+            _ => wall,
+        }
+    };
+    std::array::from_fn(|_| scan.settings().angles().map(|angle| T::of(reading(angle))).collect())
+}
+
+/// Frames of a lidar that looks 120 degrees ahead, between walls and behind a car: float32 x, y, z and intensity,
+/// `record` bytes apart.
+fn streets(record: usize) -> [Vec<u8>; FRAMES] {
+    let mut random = Random(2027);
+    let mut point = |ring: usize, azimuth: usize| {
+        let slope = 0.05 - 0.4 * ring as f64 / RINGS as f64;
+        let (left, forward) = (2.0 * PI / 3.0 * (azimuth as f64 / AZIMUTHS as f64 - 0.5)).sin_cos();
+        let road = SENSOR_HEIGHT / (-slope).max(0.0);
+        let car = 8.0 / forward;
+        let is_car = (car * left).abs() < 0.9 && (-1.4..-0.2).contains(&(car * slope));
+        let distance = (8.0 / left.abs()).min(road).min(if is_car { car } else { 80.0 }) + 0.05 * random.next();
+        let returned = if random.next() < 0.03 { 0.0 } else { distance };
+        [returned * forward, returned * left, returned * slope, random.next()].map(f32::of)
+    };
+    let mut frame = || {
+        let mut bytes = Vec::with_capacity(RINGS * AZIMUTHS * record);
+        for ray in 0..RINGS * AZIMUTHS {
+            let start = bytes.len();
+            bytes.extend(point(ray / AZIMUTHS, ray % AZIMUTHS).into_iter().flat_map(f32::to_ne_bytes));
+            bytes.resize(start + record, 0);
+        }
+        bytes
+    };
+    std::array::from_fn(|_| frame())
+}
+
+/// Records of `record` bytes that begin with x, y and z.
+fn points(records: &[u8], record: usize) -> Points<'_, f32> {
+    let len = records.len() / record;
+    let xyz = std::array::from_fn(|axis| {
+        let start = records[axis * size_of::<f32>()..].as_ptr();
+        // SAFETY: float32 number `axis` of each of the `len` whole records in `records`; one row.
+        unsafe { Table::from_raw(Column::from_raw(start, len, record.cast_signed()), 1, 0) }
+    });
+    Points::new(xyz, None).expect("columns of equal shape")
+}
+
+/// Numbers in [0, 1), the same in every run.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f64 / f64::from(1_u32 << 24)
+    }
+}
