@@ -4,11 +4,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-# What the extension module is built from, and its build tool in the version that pyproject.toml asks for.
+# What the extension module is built from, and the oldest Rust and the build tool that can do it.
 SOURCES := pyproject.toml Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
+RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 MATURIN := $(shell sed -n 's/^requires = \["\(.*\)"\]/\1/p' pyproject.toml)
 
-TARGETS := help test demo bench bench-check lint wheel clean
+TARGETS := help test demo bench bench-check instructions lint wheel clean
 .PHONY: $(TARGETS)
 .NOTPARALLEL:
 MAKEFLAGS += --no-builtin-rules
@@ -26,8 +27,8 @@ test: $(VENV)/.has-test ## run the tests, Rust and Python
 	$(call say,Python tests)
 	$(BIN)/pytest
 
-demo: $(VENV)/.has-demo ## time-to-collision over the sample that the package ships, or over a log: make demo LOG=path
-	$(call say,$(or $(LOG),the recorded approach that the package ships))
+demo: $(VENV)/.has-demo ## time-to-collision over the simulated approach that the package ships, or over a log: make demo LOG=path
+	$(call say,$(or $(LOG),the simulated approach that the package ships))
 	$(BIN)/ttc-fast demo $(if $(LOG),"$(LOG)")
 
 bench: $(VENV)/.has-bench ## measure kernels, whole Python calls beside others, and how far the goals are reached
@@ -45,6 +46,10 @@ bench-check: $(VENV)/.has-bench ## run every benchmark once, as a test of its an
 	cargo bench --package ttc-fast-core --locked -- --test
 	$(call say,Python calls)
 	$(BIN)/pytest benches --benchmark-disable
+
+instructions: $(VENV)/.created ## count the instructions of the hot calls, and fail when they grew: RECORD=1 records them
+	$(call say,instructions of the hot calls)
+	$(BIN)/python tools/instructions.py $(if $(RECORD),--record)
 
 lint: $(VENV)/.has-lint ## check format, lints, types and stubs
 	$(call say,Rust)
@@ -77,6 +82,8 @@ endif
 $(VENV)/.created:
 	$(call say,a virtual environment in $(VENV))
 	$(call need,command -v cargo,Rust is missing: install it from https://rustup.rs)
+	$(call need,printf '%s\n' $(RUST) "$$(cargo --version | cut -d ' ' -f 2)" | sort -CV,\
+		$$(cargo --version) is too old or does not run: Rust $(RUST) or later is needed; get it from https://rustup.rs)
 	$(call need,$(PYTHON) -c 'import sys; assert sys.hexversion >= 0x030A0000',\
 		$(PYTHON) is missing or older than 3.10: choose another one with make PYTHON=python3.12)
 	$(call need,$(PYTHON) -c 'import ensurepip',\
@@ -87,6 +94,6 @@ $(VENV)/.created:
 
 # The package as an editable release build, with one of its extras. Cargo skips what it has built before.
 $(VENV)/.has-%: $(VENV)/.created $(SOURCES)
-	$(call say,ttc_fast[$*] in $(VENV))
+	$(call say,ttc_fast[$*] in $(VENV): builds the Rust kernels; about a minute the first time; the network is needed)
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-build-isolation --editable ".[$*]"
 	@touch $@
