@@ -27,7 +27,7 @@ test: $(VENV)/.has-test ## run the tests, Rust and Python
 	$(call say,Python tests)
 	$(BIN)/pytest
 
-demo: $(VENV)/.has-demo ## time-to-collision over the simulated approach that the package ships, or over a log: make demo LOG=path
+demo: $(VENV)/.has-demo ## time-to-collision over the simulated sample, or over a log: make demo LOG=path
 	$(call say,$(or $(LOG),the simulated approach that the package ships))
 	$(BIN)/ttc-fast demo $(if $(LOG),"$(LOG)")
 
@@ -94,6 +94,6 @@ $(VENV)/.created:
 
 # The package as an editable release build, with one of its extras. Cargo skips what it has built before.
 $(VENV)/.has-%: $(VENV)/.created $(SOURCES)
-	$(call say,ttc_fast[$*] in $(VENV): builds the Rust kernels; about a minute the first time; the network is needed)
+	$(call say,ttc_fast[$*] in $(VENV): fetches what it needs and builds the Rust kernels; about a minute the first time)
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-build-isolation --editable ".[$*]"
 	@touch $@

@@ -222,7 +222,8 @@ def test_a_missing_extra_is_one_line_that_says_how_to_get_it(package: str) -> No
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 4
     assert done.stdout == ""
-    assert done.stderr == f"ttc-fast: this needs {package}, which is not installed: pip install 'ttc-fast[demo]'\n"
+    how = "pip install 'ttc-fast[demo]', in a checkout: pip install '.[demo]'"
+    assert done.stderr == f"ttc-fast: this needs {package}, which is not installed: {how}\n"
 
 
 def test_importing_the_package_needs_neither_extra() -> None:

@@ -1,4 +1,4 @@
-"""Make the recorded approach that the package ships: a small car that brakes late for a parked box.
+"""Make the simulated approach that the package ships: a small car that brakes late for a parked box.
 
 A 2D ray-caster drives an F1TENTH-like car down a corridor with doorways and a pillar. Nothing in it was recorded
 anywhere else, so it can be given away with the package. Seeded: the same file every time.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ttc_fast import SIMD_LEVEL
 from ttc_fast.cli import bench, demo
-from ttc_fast.cli.exits import DONE, EXIT_CODES, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
+from ttc_fast.cli.exits import DONE, EXIT_CODES, INSTALL_EXTRA, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
 from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         package = (error.name or "").partition(".")[0]
         if package not in ("rich", "matplotlib"):
             raise
-        return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: pip install 'ttc-fast[demo]'")
+        return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: {INSTALL_EXTRA}")
     except KeyboardInterrupt:
         return INTERRUPTED
     return DONE

@@ -22,7 +22,7 @@ Replay a recorded log, frame by frame: print a table of the time to collision (T
 Laser scans go through ttc_fast.ScanTTC.nearest, point clouds through ttc_fast.ttc_from_clouds.
 
 PATH is {FORMATS}.
-Without PATH it replays a log that comes with the package and was made for it: laser scans of a small car that brakes
+Without PATH it replays a simulated log that comes with the package: laser scans of a small car that brakes
 late for a parked box, or with --sample clouds the point clouds of a car that follows another one, which brakes.
 
 A .npz of scans holds the arrays t, ranges, angle_min, angle_increment, range_min, range_max, and optionally v
