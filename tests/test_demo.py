@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -11,11 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 
 from ttc_fast import Status, bench, reference
 from ttc_fast.cli import main
-from ttc_fast.demo import SAMPLES
-from ttc_fast.demo.scans.replay import replay
+from ttc_fast.demo import SAMPLES, name_of
+from ttc_fast.demo.picture import ALARM, INK
+from ttc_fast.demo.scans.picture import draw
+from ttc_fast.demo.scans.replay import TOO_LONG, replay
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
 
 SAMPLE = SAMPLES["scans"]
@@ -39,6 +43,12 @@ def without(arrays: set[str], path: Path, source: Path = SAMPLE) -> Path:
     with np.load(source) as archive:
         np.savez(path, **{name: archive[name] for name in archive if name not in arrays})
     return path
+
+
+def marks_of(output: str) -> dict[int, str]:
+    """Read the mark of each row of the table, by its frame."""
+    rows = re.findall(r"^([<!*]*) +(\d+) +\d+\.\d{3} ", output, flags=re.MULTILINE)
+    return {int(frame): mark for mark, frame in rows}
 
 
 def test_the_sample_brakes_late_and_stops_in_front_of_the_box() -> None:
@@ -99,12 +109,13 @@ def test_a_log_without_speed_asks_for_one(tmp_path: Path) -> None:
 def test_demo_prints_the_frames_that_matter(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["demo", "--no-plot", "--rows", "5"]) == 0
     output = capsys.readouterr().out
-    rows = [line.split() for line in output.splitlines() if line[:7].split()[-1:] and line[:7].split()[-1].isdigit()]
+    rows = marks_of(output)
     result = replay(open_scans(SAMPLE))
-    marked = {row[0]: row[1] for row in rows if not row[0].isdigit()}
-    assert marked["*"] == str(result.least.frame)
-    assert marked["<"] == str(result.under[0].frame)
-    assert [row[0] for row in (rows[0], rows[-1])] == ["0", str(len(result.rows) - 1)]
+    assert result.worst_outvoted is not None
+    assert rows[result.worst_outvoted.frame] == "!"
+    assert rows[result.under[0].frame] == "<"
+    assert rows[result.least.frame] == "<*"
+    assert [min(rows), max(rows)] == [0, len(result.rows) - 1]
     assert len(rows) <= 5
     assert f"{result.least.nearest.ttc:.3f} s in frame {result.least.frame}" in output
 
@@ -112,7 +123,68 @@ def test_demo_prints_the_frames_that_matter(capsys: pytest.CaptureFixture[str]) 
 def test_demo_prints_every_row_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["demo", "--no-plot", "--rows", "0"]) == 0
     output = capsys.readouterr().out
-    assert sum("CLOSING" in line for line in output.splitlines()) == len(replay(open_scans(SAMPLE)).rows)
+    result = replay(open_scans(SAMPLE))
+    marks = marks_of(output)
+    assert list(marks) == [row.frame for row in result.rows]
+    assert [frame for frame, mark in marks.items() if "<" in mark] == [row.frame for row in result.under]
+
+
+def test_demo_names_the_settings(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "--no-plot"]) == 0
+    output = capsys.readouterr().out
+    assert "  distance  from the outline, x -0.1 to 0.4 m, y -0.15 to 0.15 m" in output
+    assert "  mount     x 0.27 m, y 0 m, yaw 0 rad" in output
+    assert "  vote      NeighbourSupport(count=1, window=2, gap=0.2)" in output
+    assert "  discarded" not in output
+    assert main(["demo", "--no-plot", "--support", "0"]) == 0
+    assert "  vote      none, a lone reading decides" in capsys.readouterr().out
+
+
+def test_demo_says_that_many_readings_are_discarded(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "--no-plot", "--range-min", "3"]) == 0
+    output = capsys.readouterr().out
+    share = re.search(r"([\d.]+%) out of range", output)
+    assert share is not None
+    assert f"  discarded {share[1]} of the readings are outside the scanner's 3 to 10 m" in output
+
+
+def test_demo_without_outline_says_where_distances_start(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = without({"outline"}, tmp_path / "bare.npz")
+    assert main(["demo", str(path), "--no-plot"]) == 0
+    output = capsys.readouterr().out
+    assert f"  distance  from the scanner, so {TOO_LONG}; say where the vehicle ends with --outline" in output
+    assert " m from the scanner, closing at" in output
+    assert f"Distances are from the scanner, so every {TOO_LONG}." in draw(replay(open_scans(path)), "").get_supxlabel()
+
+
+def test_the_picture_explains_what_is_beside_the_way() -> None:
+    result = replay(open_scans(SAMPLE))
+    figure = draw(result, "")
+    (pale,) = (line for line in figure.axes[0].lines if line.get_label() == "beam over 30\N{DEGREE SIGN} aside")
+    shown = np.isfinite(np.asarray(pale.get_ydata(), float))
+    aside = [abs(row.nearest.angle) > math.radians(30) and math.isfinite(row.ttc) for row in result.rows]
+    assert shown.tolist() == aside
+    assert 40 < sum(aside) < 80
+    assert "in the median by 47\N{DEGREE SIGN}" in figure.get_supxlabel()
+    assert draw(replay(open_scans(SAMPLE), threshold=100.0), "").get_supxlabel() == ""
+
+
+@pytest.mark.parametrize(("threshold", "colour"), [(0.2, INK), (0.7, ALARM)])
+def test_red_is_only_under_the_threshold(threshold: float, colour: str) -> None:
+    figure = draw(replay(open_scans(SAMPLE), threshold=threshold), "")
+    (dot,) = (line for line in figure.axes[0].lines if line.get_label() == "least")
+    assert dot.get_color() == colour
+    dots = figure.axes[2].collections[0]
+    ttc = np.asarray(dots.get_array())
+    red = np.all(np.isclose(dots.to_rgba(ttc), to_rgba(ALARM)), axis=1)
+    assert red.tolist() == (ttc < threshold).tolist()
+    assert red.any() == (colour == ALARM)
+
+
+def test_a_sample_is_called_simulated() -> None:
+    assert name_of(SAMPLE) == "simulated approach"
+    assert name_of(Path("some") / "drive.npz") == "drive.npz"
+    assert replay(open_scans(SAMPLE)).pace == "30 Hz"
 
 
 def test_demo_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,7 +12,9 @@ from ttc_fast import Gate, KthSmallest, Minimum, Status, reference
 from ttc_fast.cli import main
 from ttc_fast.demo import SAMPLES
 from ttc_fast.demo.clouds.estimators import ESTIMATORS, read_estimator
-from ttc_fast.demo.clouds.replay import CloudReplay, corridor, replay
+from ttc_fast.demo.clouds.picture import draw
+from ttc_fast.demo.clouds.replay import TOO_LONG, CloudReplay, corridor, replay
+from ttc_fast.demo.picture import ALARM, INK
 from ttc_fast.logs import CloudLog, open_log
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -35,7 +37,7 @@ def change(path: Path, **changes: Any) -> Path:
 
 def rows_of(output: str) -> list[list[str]]:
     """Split the table into cells, without the marks."""
-    rows = [line[1:].split() for line in output.splitlines()]
+    rows = [line.lstrip(" <!*").split() for line in output.splitlines()]
     return [row for row in rows if len(row) == 9 and row[0].isdigit()]
 
 
@@ -172,10 +174,37 @@ def test_demo_prints_what_was_seen(capsys: pytest.CaptureFixture[str]) -> None:
         told = (row.stamp, seen.current.x, seen.current.nearest_x, seen.distance, seen.closing_speed, row.ttc)
         shown = ["-" if math.isnan(number) or math.isinf(number) else f"{number:.3f}" for number in told]
         assert cells == [str(row.frame), *shown, seen.status.name, str(seen.current.candidates)]
-    assert f"* least TTC {result.least.ttc:.3f} s in frame 11, 6.58 m left, closing at 9.22 m/s" in output
+    assert f"* least TTC {result.least.ttc:.3f} s in frame 11, 6.58 m from the bumper, closing at 9.22 m/s" in output
     assert "! outvoted  in 4 frames the nearest point strays more than 0.1 m in front of x; frame 7 would" in output
-    marked = [line.split()[:2] for line in output.splitlines() if line[:7].split()[-1:] != line[:7].split()]
-    assert [cells for cells in marked if cells[1].isdigit()] == [["<", "3"], ["!", "7"], ["*", "11"]]
+    marked = [line.split()[:2] for line in output.splitlines() if line[0:1] in tuple("<!*")]
+    marks = {7: "<!", 11: "<*"}
+    expected = [[marks.get(row.frame, "<"), str(row.frame)] for row in result.under]
+    assert [cells for cells in marked if cells[1].isdigit()] == expected
+
+
+@pytest.mark.parametrize(("options", "start"), [([], "bumper"), (["--front-offset", "0"], "sensor")])
+def test_demo_says_where_distances_start(options: list[str], start: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "--sample", "clouds", "--no-plot", *options]) == 0
+    output = capsys.readouterr().out
+    assert f"from {start}" in output.splitlines()[0]
+    assert f" m from the {start}, closing at" in output
+
+
+@pytest.mark.parametrize("offset", [0.0, 2.0])
+def test_the_picture_says_where_distances_start(offset: float) -> None:
+    figure = draw(replay(open_clouds(), front_offset=offset), "")
+    start = "bumper" if offset else "sensor"
+    assert figure.axes[0].get_ylabel() == f"from the {start}, m"
+    assert f"m from the {start}, closing" in figure.axes[2].get_title(loc="left")
+    footnote = figure.get_supxlabel()
+    assert footnote == ("" if offset else f"Distances are from the sensor, so every {TOO_LONG}.")
+
+
+@pytest.mark.parametrize(("threshold", "colour"), [(0.5, INK), (2.5, ALARM)])
+def test_the_least_is_red_only_under_the_threshold(threshold: float, colour: str) -> None:
+    figure = draw(replay(open_clouds(), threshold=threshold), "")
+    (dot,) = (line for line in figure.axes[1].lines if line.get_label() == "least")
+    assert dot.get_color() == colour
 
 
 @pytest.mark.parametrize(
@@ -205,7 +234,7 @@ def test_demo_draws_what_there_is(options: list[str], tmp_path: Path) -> None:
         (["--gate-x", "200", "inf"], "* least TTC none, nothing ever closes"),
         (["--rate", "20"], "12 frames in 0.6 s; 20 frames a second"),
         (["--front-offset", "9"], "CONTACT"),
-        (["--front-offset", "0"], "  distance  from the sensor; say how far ahead of it the bumper is"),
+        (["--front-offset", "0"], "  distance  from the sensor, so TTC is too long by (sensor to bumper)"),
     ],
 )
 def test_demo_says_what_is_odd(options: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.cli.numbers import bound, finite, positive
+from ttc_fast.demo import name_of
 from ttc_fast.demo.clouds.estimators import USAGES, read_estimator
 
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "type": bound,
         "nargs": 2,
         "metavar": ("LOW", "HIGH"),
-        "help": "heights above the road that count, m (default: 0.2 2; 0.23 0.83 for a folder of KITTI clouds)",
+        "help": "heights above the road that count, m (default: 0.2 2; 0.23 0.83 for a folder of KITTI clouds, "
+        "the band of published TTC tables, which ends below the glare of tail lights)",
     },
     "--min-intensity": {
         "type": finite,
@@ -81,4 +83,4 @@ def play(log: CloudLog, given: dict[str, Any], console: Console, *, rows: int, p
     gate = replay.corridor(lidar, **bounds)
     result = replay.replay(log, watch(log), gate=gate, front_offset=lidar.front_offset, **settings)
     table.report(result, console, rows=rows)
-    return picture.draw(result, f"{log.path.resolve().name}, distance by {result.estimator}") if plot else None
+    return picture.draw(result, f"{name_of(log.path)}, distance by {result.estimator}, {result.pace}") if plot else None

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.cli.numbers import count, finite
+from ttc_fast.demo import name_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,4 +52,4 @@ def play(log: ScanLog, given: dict[str, Any], console: Console, *, rows: int, pl
     settings = {"threshold": THRESHOLD, **given}
     result = replay.replay(log, watch(log), scanner=replace(log.scanner, **place), **settings)
     table.report(result, console, rows=rows)
-    return picture.draw(result, f"{log.path.name}, {result.scan.beams} beams") if plot else None
+    return picture.draw(result, f"{name_of(log.path)}, {result.scan.beams} beams, {result.pace}") if plot else None

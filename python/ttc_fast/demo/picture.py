@@ -15,14 +15,18 @@ if TYPE_CHECKING:
 
     from ttc_fast.demo.replay import FrameT, Replay, RowT
 
-INK, QUIET, ALARM, LINE = "#22303c", "#98a4b0", "#d1352b", "#1f6f8b"
+INK, QUIET, LINE = "#22303c", "#98a4b0", "#1f6f8b"
+ALARM = "#d1352b"  # only of a TTC under the threshold
+OUTVOTED, BLIND = "#d08a1d", "#a23a8e"
 TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # s
 
 
-def open_figure(title: str) -> Figure:
-    """Make a figure with its own canvas, so that no display is needed."""
+def open_figure(title: str, footnote: str) -> Figure:
+    """Make a figure with its own canvas, so that no display is needed; an empty footnote takes no room."""
     figure = Figure(figsize=(11, 5), layout="constrained")
     figure.suptitle(title, x=0.01, ha="left", color=INK, fontsize=12, fontweight="bold")
+    if footnote:
+        figure.supxlabel(footnote, x=0.01, ha="left", color=INK, fontsize=8.5)
     return figure
 
 
@@ -38,9 +42,17 @@ def draw_ttc(axes: Axes, result: Replay[RowT, FrameT], label: str, low: float, h
     axes.axhline(result.threshold, color=ALARM, lw=1, ls=(0, (5, 3)), label=f"threshold {result.threshold:g} s")
     axes.plot(stamps, shown, color=LINE, lw=1.8, label=label)
     under = shown < result.threshold
-    axes.plot(stamps, np.where(under, shown, np.nan), color=ALARM, lw=2.4)
+    if under.any():
+        axes.plot(stamps, np.where(under, shown, np.nan), color=ALARM, lw=2.4, label="under it")
     if np.isfinite(result.least.ttc):
-        axes.plot(result.least.stamp, max(result.least.ttc, low), "o", color=ALARM, mec="white", ms=9, zorder=3)
+        lowest = max(result.least.ttc, low)
+        colour = colour_of_least(result)
+        axes.plot(result.least.stamp, lowest, "o", color=colour, mec="white", ms=9, ls="none", zorder=3, label="least")
+
+
+def colour_of_least(result: Replay[RowT, FrameT]) -> str:
+    """Mark the least TTC in red only if it is under the threshold."""
+    return ALARM if result.alarming else INK
 
 
 def label_seconds(axis: Axis) -> None:
@@ -58,11 +70,11 @@ def mark_on_top(axes: Axes, stamps: NDArray[Any], colour: str, label: str) -> No
 
 
 def legend_above(axes: Axes) -> None:
-    """Explain the lines in one row above the axes."""
+    """Explain the lines in rows above the axes."""
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(-0.01, 0.99),
-        ncols=5,
+        ncols=4,
         frameon=False,
         fontsize=8.5,
         labelcolor=INK,

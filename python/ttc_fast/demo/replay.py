@@ -64,6 +64,16 @@ class Replay(Generic[RowT, FrameT]):
         """From the first frame to the last, s."""
         return self.rows[-1].stamp - self.rows[0].stamp
 
+    @property
+    def pace(self) -> str:
+        """How many frames a second there are, for people."""
+        return f"{(len(self.rows) - 1) / self.duration:.3g} Hz" if self.duration else "1 frame"
+
+    @property
+    def alarming(self) -> bool:
+        """Whether the least TTC is under the threshold."""
+        return self.least.ttc < self.threshold
+
 
 def collect(path: Path, played: Iterable[tuple[RowT, FrameT]]) -> tuple[list[RowT], RowT, FrameT]:
     """Gather the rows of a log, and of its frames that of the least TTC.

@@ -57,22 +57,25 @@ def columns(names: Sequence[str], counts: Sequence[str]) -> Table:
     return table
 
 
-def chosen(result: Replay[RowT, FrameT], limit: int, marks: dict[int, str]) -> list[RowT]:
-    """Pick about so many rows evenly over the log, 0 for all, and those with a mark."""
+def chosen(result: Replay[RowT, FrameT], limit: int, outvoted: RowT | None) -> list[RowT]:
+    """Pick about so many rows evenly over the log, 0 for all, and those that the summary speaks of."""
     rows = result.rows
     if limit == 0 or len(rows) <= limit:
         return rows
-    even = np.linspace(0, len(rows) - 1, max(limit - len(marks), 2)).round().astype(int).tolist()
-    return [rows[frame] for frame in sorted({*even, *marks})]
-
-
-def mark(result: Replay[RowT, FrameT], outvoted: RowT | None) -> dict[int, str]:
-    """Mark the frames that the summary speaks of, as it marks its lines; the most important mark wins."""
-    marks = {} if outvoted is None else {outvoted.frame: "!"}
-    if result.under:
-        marks[result.under[0].frame] = "<"
+    told = {row.frame for row in (outvoted, *result.under[:1]) if row is not None}
     if math.isfinite(result.least.ttc):
-        marks[result.least.frame] = "*"
+        told.add(result.least.frame)
+    even = np.linspace(0, len(rows) - 1, max(limit - len(told), 2)).round().astype(int).tolist()
+    return [rows[frame] for frame in sorted({*even, *told})]
+
+
+def mark(row: RowT, result: Replay[RowT, FrameT], outvoted: RowT | None) -> str:
+    """Mark a row as the summary marks its lines; a row under the threshold may have a second mark."""
+    marks = "<" if row.ttc < result.threshold else ""
+    if outvoted is not None and row.frame == outvoted.frame:
+        marks += "!"
+    if row.frame == result.least.frame and math.isfinite(row.ttc):
+        marks += "*"
     return marks
 
 

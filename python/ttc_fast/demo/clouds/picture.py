@@ -9,12 +9,14 @@ import numpy as np
 from matplotlib.patches import Rectangle
 
 from ttc_fast import Status
-from ttc_fast.demo.clouds.replay import STRAY
+from ttc_fast.demo.clouds.replay import STRAY, TOO_LONG
 from ttc_fast.demo.picture import (
-    ALARM,
+    BLIND,
     INK,
     LINE,
+    OUTVOTED,
     QUIET,
+    colour_of_least,
     draw_ttc,
     legend_above,
     mark_on_top,
@@ -54,7 +56,7 @@ def draw(result: CloudReplay, title: str) -> Figure:
     matplotlib.figure.Figure
         With its own canvas, so that no display is needed; save it with ``savefig``.
     """
-    figure = open_figure(title)
+    figure = open_figure(title, "" if result.front_offset else f"Distances are from the sensor, so every {TOO_LONG}.")
     grid = figure.add_gridspec(2, 2, width_ratios=(1.25, 1))
     distance = figure.add_subplot(grid[0, 0])
     ttc = figure.add_subplot(grid[1, 0], sharex=distance)
@@ -76,9 +78,9 @@ def _draw_distance(axes: Axes, result: CloudReplay) -> None:
     axes.plot(stamps, robust, ".-", color=LINE, lw=1.8, ms=6, label="robust distance")
     stray = np.array([row.frame for row in result.outvoted], dtype=int)
     if len(stray):
-        axes.plot(np.array(stamps)[stray], plain[stray], "o", mfc="none", color=ALARM, ms=7, label="outvoted point")
-    axes.axvline(result.least.stamp, color=ALARM, lw=1, alpha=0.5)
-    axes.set(ylabel=f"from {'bumper' if result.front_offset else 'sensor'}, m")
+        axes.plot(np.array(stamps)[stray], plain[stray], "o", mfc="none", color=OUTVOTED, ms=7, label="outvoted point")
+    axes.axvline(result.least.stamp, color=colour_of_least(result), lw=1, alpha=0.5)
+    axes.set(ylabel=f"from the {result.start}, m")
     axes.margins(x=0.02)
     legend_above(axes)
     axes.tick_params(labelbottom=False)
@@ -91,11 +93,11 @@ def _draw_ttc(axes: Axes, result: CloudReplay) -> None:
     low = min(max(0.7 * lowest, SHORTEST), 0.5 * LONGEST)
     stamps, ttc, plain = np.array([(row.stamp, row.ttc, row.plain.ttc) for row in result.rows]).T
     highest = max([result.threshold, *ttc[np.isfinite(ttc)]])
-    draw_ttc(axes, result, "robust", low, min(1.5 * highest, LONGEST))
-    axes.plot(stamps, np.maximum(plain, low), "o", mfc="none", color=QUIET, ms=5, label="of plain nearest points")
+    draw_ttc(axes, result, "by robust distance", low, min(1.5 * highest, LONGEST))
+    axes.plot(stamps, np.maximum(plain, low), "o", mfc="none", color=QUIET, ms=5, label="by plain nearest point")
     status = np.array([row.seen.status for row in result.rows])
     mark_on_top(axes, stamps[np.isinf(ttc) & np.isin(status, (Status.NOT_CLOSING, Status.CLEAR))], QUIET, "not closing")
-    mark_on_top(axes, stamps[status == Status.NO_DATA], ALARM, "nothing valid seen")
+    mark_on_top(axes, stamps[status == Status.NO_DATA], BLIND, "nothing valid seen")
     axes.set(xlabel="time, s")
     legend_above(axes)
     quieten(axes)
@@ -160,10 +162,10 @@ def _draw_deciding(axes: Axes, result: CloudReplay, deciding: float) -> None:
         axes.plot(y, x, "o", mfc="none", mec=INK, mew=1.8, ms=12, zorder=4, label="deciding point")
     strays = points[_counted(result.gate, points) & (points[:, 0] < deciding - STRAY)]
     if len(strays):
-        axes.plot(strays[:, 1], strays[:, 0], "o", mfc="none", mec=ALARM, ms=7, zorder=3, label="outvoted point")
+        axes.plot(strays[:, 1], strays[:, 0], "o", mfc="none", mec=OUTVOTED, ms=7, zorder=3, label="outvoted point")
     axes.legend(loc="lower right", frameon=False, fontsize=8.5, labelcolor=INK)
     title_of(
         axes,
         f"{least.ttc:.2f} s to collision at t = {least.stamp:.2f} s\n"
-        f"{least.seen.distance:.2f} m left, closing at {least.seen.closing_speed:.2f} m/s",
+        f"{least.seen.distance:.2f} m from the {result.start}, closing at {least.seen.closing_speed:.2f} m/s",
     )

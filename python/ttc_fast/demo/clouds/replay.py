@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 STRAY = 0.1  # m; nearest points so far in front of the robust distance are worth telling of
 
 
+TOO_LONG = "TTC is too long by (sensor to bumper) / closing speed"
+"""What distances from the sensor mean for the TTC."""
+
+
 class CloudRow(NamedTuple):
     """What one frame gave.
 
@@ -73,6 +77,11 @@ class CloudReplay(Replay[CloudRow, CloudFrame]):
     estimator: Estimator
     front_offset: float
     clock: str
+
+    @property
+    def start(self) -> str:
+        """What distances start from, for people."""
+        return "bumper" if self.front_offset else "sensor"
 
     @cached_property
     def outvoted(self) -> list[CloudRow]:

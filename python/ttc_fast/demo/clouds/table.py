@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ttc_fast import Status
-from ttc_fast.demo.clouds.replay import STRAY
+from ttc_fast.demo.clouds.replay import STRAY, TOO_LONG
 from ttc_fast.demo.table import chosen, columns, frames, line, mark, status_cell, ttc_cell
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from ttc_fast.demo.clouds.replay import CloudReplay, CloudRow
 
-COLUMNS = ("\nframe", "t\ns", "x\nm", "nearest x\nm", "distance\nm", "closing\nm/s", "TTC\ns")
+COLUMNS = ("\nframe", "t\ns", "x\nm", "nearest x\nm", "from {start}\nm", "closing\nm/s", "TTC\ns")
 
 
 def report(result: CloudReplay, console: Console, *, rows: int = 20) -> None:
@@ -30,13 +30,13 @@ def report(result: CloudReplay, console: Console, *, rows: int = 20) -> None:
     console : Console
         Where to.
     rows : int
-        About how many rows to print of a longer log; 0 prints all. The first, the last and the marked rows are always
-        among them.
+        About how many rows to print of a longer log; 0 prints all. The first and the last row and those that the
+        summary speaks of are always among them.
     """
-    marked = mark(result, result.worst_outvoted)
-    table = columns(COLUMNS, ["\ncandidates"])
-    for row in chosen(result, rows, marked):
-        table.add_row(marked.get(row.frame, ""), *_cells(row, result.threshold), str(row.seen.current.candidates))
+    outvoted = result.worst_outvoted
+    table = columns([name.format(start=result.start) for name in COLUMNS], ["\ncandidates"])
+    for row in chosen(result, rows, outvoted):
+        table.add_row(mark(row, result, outvoted), *_cells(row, result.threshold), str(row.seen.current.candidates))
     console.print(table)
     console.print()
     for title, text in _summary(result):
@@ -66,7 +66,7 @@ def _summary(result: CloudReplay) -> Iterator[tuple[str, str]]:
     rows, least, under, worst = result.rows, result.least, result.under, result.worst_outvoted
     yield "  log", f"{frames(len(rows))} in {result.duration:.1f} s; {result.clock}"
     if math.isfinite(least.ttc):
-        place = f"frame {least.frame}, {least.seen.distance:.2f} m left, closing at"
+        place = f"frame {least.frame}, {least.seen.distance:.2f} m from the {result.start}, closing at"
         yield "* least TTC", f"{least.ttc:.3f} s in {place} {least.seen.closing_speed:.2f} m/s"
     else:
         yield "* least TTC", "none, nothing ever closes"
@@ -85,4 +85,4 @@ def _summary(result: CloudReplay) -> Iterator[tuple[str, str]]:
     if result.front_offset:
         yield "  distance", f"from the bumper, {result.front_offset:g} m ahead of the sensor"
     else:
-        yield "  distance", "from the sensor; say how far ahead of it the bumper is with --front-offset"
+        yield "  distance", f"from the sensor, so {TOO_LONG}; say how far that is with --front-offset"

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from ttc_fast.logs import ScanLog, Scanner
 
 
+TOO_LONG = "TTC is too long by (scanner to edge of the vehicle) / closing speed"
+"""What distances from the scanner mean for the TTC."""
+
+
 class ScanRow(NamedTuple):
     """What one frame gave.
 
@@ -54,10 +58,18 @@ class ScanReplay(Replay[ScanRow, ScanFrame]):
         Gave the rows.
     scanner : Scanner
         What it was made of.
+    vote : NeighbourSupport or None
+        How lone readings were outvoted; None when they decided.
     """
 
     scan: ScanTTC
     scanner: Scanner
+    vote: NeighbourSupport | None
+
+    @property
+    def start(self) -> str:
+        """What clearances start from, for people."""
+        return "scanner" if self.scanner.outline is None else "outline"
 
     @cached_property
     def outvoted(self) -> list[ScanRow]:
@@ -118,7 +130,8 @@ def replay(
     """
     scanner = scanner or log.scanner
     plain = ScanTTC(**vars(scanner))
-    scan = ScanTTC(**vars(scanner), minimum=_neighbours(support)) if support else plain
+    vote = _neighbours(support) if support else None
+    scan = ScanTTC(**vars(scanner), minimum=vote) if vote else plain
 
     def play() -> Iterator[tuple[ScanRow, ScanFrame]]:
         for number, frame in enumerate(log if frames is None else frames):
@@ -129,7 +142,7 @@ def replay(
             lone = plain.nearest(frame.ranges, now, frame.yaw_rate) if support else nearest
             yield ScanRow(number, frame.stamp, now, nearest, lone.ttc), frame
 
-    return ScanReplay(*collect(log.path, play()), threshold, scan, scanner)
+    return ScanReplay(*collect(log.path, play()), threshold, scan, scanner, vote)
 
 
 def _neighbours(support: int) -> NeighbourSupport:

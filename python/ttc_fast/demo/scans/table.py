@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ttc_fast import Status
+from ttc_fast.demo.scans.replay import TOO_LONG
 from ttc_fast.demo.table import chosen, columns, frames, line, mark, status_cell, ttc_cell
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from ttc_fast.demo.scans.replay import ScanReplay, ScanRow
 
 READINGS = ("valid", "no_return", "invalid", "out_of_range", "too_close", "masked", "contact")
+MANY = 1 / 3  # of the readings discarded is worth a line of its own
 COLUMNS = ("\nframe", "t\ns", "speed\nm/s", "TTC\ns", "angle\n°", "range\nm")
 
 
@@ -30,15 +32,15 @@ def report(result: ScanReplay, console: Console, *, rows: int = 20) -> None:
     console : Console
         Where to.
     rows : int
-        About how many rows to print of a longer log; 0 prints all. The first, the last and the marked rows are always
-        among them.
+        About how many rows to print of a longer log; 0 prints all. The first and the last row and those that the
+        summary speaks of are always among them.
     """
-    marked = mark(result, result.worst_outvoted)
+    outvoted = result.worst_outvoted
     kinds = [kind for kind in READINGS if any(getattr(row.nearest.counts, kind) for row in result.rows)]
     table = columns(COLUMNS, [_two_lines(kind) for kind in kinds])
-    for row in chosen(result, rows, marked):
+    for row in chosen(result, rows, outvoted):
         counts = (str(getattr(row.nearest.counts, kind)) for kind in kinds)
-        table.add_row(marked.get(row.frame, ""), *_cells(row, result.threshold), *counts)
+        table.add_row(mark(row, result, outvoted), *_cells(row, result.threshold), *counts)
     console.print(table)
     console.print()
     for title, text in _summary(result, kinds):
@@ -70,7 +72,7 @@ def _summary(result: ScanReplay, kinds: list[str]) -> Iterator[tuple[str, str]]:
     rows, least, under, worst = result.rows, result.least, result.under, result.worst_outvoted
     yield "  log", f"{frames(len(rows))} of {result.scan.beams} beams in {result.duration:.1f} s"
     if math.isfinite(least.ttc):
-        place = f"frame {least.frame}, {least.nearest.clearance:.2f} m left, closing at"
+        place = f"frame {least.frame}, {least.nearest.clearance:.2f} m from the {result.start}, closing at"
         yield "* least TTC", f"{least.ttc:.3f} s in {place} {least.nearest.closing_speed:.2f} m/s"
     else:
         yield "* least TTC", "none, nothing ever closes"
@@ -85,4 +87,19 @@ def _summary(result: ScanReplay, kinds: list[str]) -> Iterator[tuple[str, str]]:
         yield "  blind", f"nothing valid was seen in {frames(blind)}"
     readings = len(rows) * result.scan.beams
     shares = {kind: sum(getattr(row.nearest.counts, kind) for row in rows) / readings for kind in kinds}
+    yield "  distance", _distance(result)
+    yield "  mount", "x {:g} m, y {:g} m, yaw {:g} rad".format(*result.scanner.mount)
+    yield "  vote", f"{result.vote}" if result.vote else "none, a lone reading decides"
     yield "  readings", ", ".join(f"{share:.1%} {kind.replace('_', ' ')}" for kind, share in shares.items())
+    discarded = shares.get("out_of_range", 0.0)
+    if discarded > MANY:
+        low, high = result.scanner.range_min, result.scanner.range_max
+        yield "  discarded", f"{discarded:.1%} of the readings are outside the scanner's {low:g} to {high:g} m"
+
+
+def _distance(result: ScanReplay) -> str:
+    """Say what a TTC counts from."""
+    if result.scanner.outline is None:
+        return f"from the scanner, so {TOO_LONG}; say where the vehicle ends with --outline"
+    rear, front, right, left = result.scanner.outline
+    return f"from the outline, x {rear:g} to {front:g} m, y {right:g} to {left:g} m; range is from the scanner"
