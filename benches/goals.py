@@ -47,15 +47,17 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def goals(rounds: int) -> tuple[Report, list[str]]:
-    """The table, and a sentence for each row that falls short."""
-    rows, shortfalls = [], []
+    """The table, and each reason with the rows that fall short for it."""
+    rows: list[list[str]] = []
+    shortfalls: dict[str, list[str]] = {}
     for goal, times in _measured(rounds):
         ratio = goal.ratio(times)
         rows.append(_row(goal, times, ratio))
         if ratio is not None and not goal.is_met(ratio):
-            name = f"{goal.ours.case} beside {goal.who}"
-            shortfalls.append(f"{name}: {number(ratio)} instead of {goal.wanted}. {why(goal)}")
-    return Report("Goals", LEGEND, ["call", "", "time", "beside", "time", "goal", "ratio", "met"], rows), shortfalls
+            short = f"{goal.ours.case} beside {goal.who} ({number(ratio)}, goal {goal.wanted})"
+            shortfalls.setdefault(why(goal), []).append(short)
+    table = Report("Goals", LEGEND, ["call", "", "time", "beside", "time", "goal", "ratio", "met"], rows)
+    return table, [f"**{'; '.join(short)}.** {reason}" for reason, short in shortfalls.items()]
 
 
 def _measured(rounds: int) -> list[tuple[Goal, Mapping[Entrant, float]]]:

@@ -47,4 +47,5 @@ def _processor() -> str:
 
 def sentence() -> str:
     """The same, to be read."""
-    return f"Measured on: {', '.join(f'{name} {value}' for name, value in describe().items())}."
+    described = ", ".join(f"{name} {value}" for name, value in describe().items())
+    return f"Measured on: {described}; load {os.getloadavg()[2]:.1f} in the last 15 minutes."
