@@ -159,8 +159,8 @@ def at_heights(z: Any) -> Doubles:
     [
         (surface((10.0, 10.2), (-6, 6), (-3, 3)), "fewer than min_patches of it are seen"),  # a wall ahead
         (surface((0, 30), (3.0, 3.2), (-3, 3)), "what is seen of it is narrower than min_width"),  # a wall alongside
-        (at_heights(1.2), "farther than height_tolerance from sensor_height"),  # a ceiling
-        (at_heights(-4.0), "farther than height_tolerance from sensor_height"),
+        (at_heights(1.2), "above the sensor, or farther than height_tolerance from sensor_height"),  # a ceiling
+        (at_heights(-4.0), "above the sensor, or farther than height_tolerance from sensor_height"),
         (at_heights(FLAT.offset)[:20], "fewer than min_patches of it are seen"),
         (at_heights(FLAT.offset) * [1, 0, 1], "what is seen of it is narrower than min_width"),  # a line
         (

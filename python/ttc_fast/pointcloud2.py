@@ -121,9 +121,11 @@ def from_pointcloud2(msg: Any, *, intensity: str | None = "intensity") -> NDArra
             f"point_step {point_step}, got {data.nbytes}: {needed - data.nbytes} are missing; was the message cut off?"
         )
     records = _records(_get(msg, "fields"), point_step, intensity)
+    # An array over the bytes first: it holds on to the buffer, so that the message cannot be resized under the view.
+    held = np.frombuffer(data, np.uint8)
     if height == 1:
-        return np.ndarray(width, records, data)
-    return np.ndarray((height, width), records, data, 0, (row_step, point_step))
+        return np.ndarray(width, records, held)
+    return np.ndarray((height, width), records, held, 0, (row_step, point_step))
 
 
 def _records(fields: Any, point_step: int, intensity: str | None) -> np.dtype[np.void]:

@@ -67,7 +67,9 @@ def path_coordinates(x: Floats, y: Floats, curvature: float) -> tuple[Doubles, D
     """
     x, y = x.astype(np.float64), y.astype(np.float64)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        ahead, across = curvature * x + 0.0, 1 - curvature * y  # + 0.0: the sign of a zero would be half a turn
+        # Behind the circle's centre the sign of a zero is half a turn: it is the path's, not the stored number's.
+        ahead = np.where(x == 0, math.copysign(0.0, curvature), curvature * x)
+        across = 1 - curvature * y
         angle = np.array(
             [math.atan2(*point) for point in zip(ahead.tolist(), across.tolist(), strict=True)], np.float64
         )

@@ -116,8 +116,8 @@ def fit_road(
         reason = "what is seen of it is narrower than min_width"
     elif max(abs(slope_x), abs(slope_y)) > max_slope:
         reason = "steeper than max_slope"
-    elif abs(offset + sensor_height) > height_tolerance:
-        reason = "farther than height_tolerance from sensor_height"
+    elif offset >= 0 or abs(offset + sensor_height) > height_tolerance:
+        reason = "above the sensor, or farther than height_tolerance from sensor_height"
     elif share < min_share:
         reason = "less than min_share of the patches agree"
     else:
@@ -125,6 +125,10 @@ def fit_road(
     road = Road(slope_x, slope_y, offset) if reason == "" else None
     status = RoadStatus.NOT_FOUND if road is None else RoadStatus.FOUND
     return RoadFit(road, status, reason, refined.inliers, refined.patches, share, refined.width, refined.rms)
+
+
+STEEPEST = 1.0
+"""Steeper is no road, and takes long to look for."""
 
 
 class Region(NamedTuple):
@@ -145,6 +149,8 @@ class Region(NamedTuple):
                 finite(name, bound)
         _positive("height_tolerance", self.height_tolerance)
         _positive("max_slope", self.max_slope)
+        if self.max_slope > STEEPEST:
+            raise ValueError(f"max_slope must be at most {STEEPEST}, got {self.max_slope}; it is rise per metre")
         if math.prod(self.shape()) > MOST_VOXELS:
             raise ValueError("x, y span too large a region for max_slope and height_tolerance: narrow one")
         return self

@@ -59,7 +59,8 @@ impl<'a, T: Copy> Column<'a, T> {
     ///
     /// # Safety
     /// For every `i < len`, `start + i * stride` must be the address of `size_of::<T>()` readable bytes that hold a
-    /// value of `T` (aligned or not), and stay so for `'a`.
+    /// value of `T` (aligned or not), and stay so for `'a`. All bytes from the first number to the last must be readable,
+    /// those between the numbers too, as they are in any array that lies in one buffer.
     #[must_use]
     pub unsafe fn from_raw(start: *const u8, len: usize, stride: isize) -> Self {
         Column { start, len, stride, memory: PhantomData }
@@ -248,8 +249,8 @@ impl<T: Copy> Fours<T> for Records<'_, T> {
         let mut numbers = std::mem::MaybeUninit::<[T; N]>::uninit();
         for i in 0..N / 4 {
             // SAFETY: record at + i is not the last, and the stride is at least three numbers (checked in `new`): its
-            // fourth number ends no later than the first number of the record after it. Both are in one array. Four
-            // numbers fit at 4 * i in `numbers`, as i < N / 4.
+            // fourth number ends no later than the first number of the record after it, and `from_raw` vouches for all
+            // bytes up to that. Four numbers fit at 4 * i in `numbers`, as i < N / 4.
             unsafe {
                 let record = self.0.start.offset((at + i).cast_signed() * self.0.stride).cast::<[T; 4]>();
                 numbers.as_mut_ptr().cast::<T>().add(4 * i).cast::<[T; 4]>().write_unaligned(record.read_unaligned());

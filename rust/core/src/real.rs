@@ -29,13 +29,16 @@ pub trait Real:
     const SLACK: Self;
     /// The smallest normal value: more than underflow can ever hide.
     const TINY: Self;
-    /// The smallest number above 0.
-    const LEAST: Self;
 
     /// The nearest value of this type.
     fn of(value: f64) -> Self;
     /// The largest value of this type that is not above `value`.
     fn not_above(value: f64) -> Self;
+    /// The smallest value of this type that is not below `value`.
+    fn not_below(value: f64) -> Self;
+    /// The largest value below it.
+    #[must_use]
+    fn below(self) -> Self;
     /// The same value as `f64`; always exact.
     fn wide(self) -> f64;
     /// For each lane a bit, whether `low <= x <= high`.
@@ -58,7 +61,6 @@ macro_rules! real {
             const MAX: Self = $float::MAX;
             const SLACK: Self = 16.0 * $float::EPSILON;
             const TINY: Self = $float::MIN_POSITIVE;
-            const LEAST: Self = $float::from_bits(1);
 
             #[inline(always)]
             #[allow(clippy::cast_possible_truncation, reason = "rounding to the element type is the purpose")]
@@ -69,6 +71,15 @@ macro_rules! real {
             fn not_above(value: f64) -> Self {
                 let nearest = Self::of(value);
                 if nearest.wide() > value { nearest.next_down() } else { nearest }
+            }
+
+            fn not_below(value: f64) -> Self {
+                let nearest = Self::of(value);
+                if nearest.wide() < value { nearest.next_up() } else { nearest }
+            }
+
+            fn below(self) -> Self {
+                self.next_down()
             }
 
             #[inline(always)]

@@ -4,11 +4,12 @@
 //! default everywhere and touches no pool.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 /// `work` on the range `0 .. n`, cut into at most `threads` pieces of at least `least`, in order.
 pub fn pieces<R: Send>(threads: usize, n: usize, least: usize, work: impl Fn(Range<usize>) -> R + Sync) -> Vec<R> {
     let count = threads.min(n / least.max(1)).max(1);
-    if count == 1 {
+    if count == 1 || is_forked() {
         return vec![work(0..n)];
     }
     let piece = |i: usize| (n * i / count)..(n * (i + 1) / count);
@@ -22,6 +23,13 @@ pub fn pieces<R: Send>(threads: usize, n: usize, least: usize, work: impl Fn(Ran
         own[0] = Some(work(piece(0)));
     });
     results.into_iter().flatten().collect()
+}
+
+/// Whether this process was forked from one that had used threads. They were not copied, and work given to them would
+/// never be done.
+fn is_forked() -> bool {
+    static FIRST: OnceLock<u32> = OnceLock::new();
+    *FIRST.get_or_init(std::process::id) != std::process::id()
 }
 
 #[cfg(test)]

@@ -25,8 +25,6 @@ struct Header {
 /// A 1-D or 2-D array of floats, kept alive.
 pub struct Floats<'py> {
     array: Array<'py>,
-    /// One scan (1-D), or a batch of scans (2-D)?
-    pub batch: bool,
     numbers: Numbers<'py>,
 }
 
@@ -68,12 +66,14 @@ impl Element for u8 {
 }
 
 impl<'py> Floats<'py> {
-    /// Look at `object` as an array of floats, without copying.
-    pub fn view(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
-        let array = as_array(argument, object)?;
+    /// Look at an array as floats, without copying.
+    ///
+    /// To be called last: whatever runs Python code, such as converting a number, might move the array's memory.
+    pub fn view(argument: &str, array: Array<'py>) -> PyResult<Self> {
         let header = header(argument, &array)?;
-        // SAFETY: the header describes the array's own memory, whose element type is checked; the array stays
-        // alive in `self`, and with it the memory, for as long as a view can be borrowed.
+        // SAFETY: the header describes the array's own memory, whose element type is checked. The array stays alive in
+        // `self` for as long as a view can be borrowed, and its memory stays where it is: NumPy refuses to resize an array
+        // that others refer to, as `self` does, and no Python code of the caller's runs between here and the kernel.
         let numbers = unsafe {
             if holds::<f32>(&array) {
                 Numbers::Single(header.table())
@@ -83,7 +83,7 @@ impl<'py> Floats<'py> {
                 return Err(wrong_dtype(argument, &array));
             }
         };
-        Ok(Floats { batch: array.ndim() == 2, numbers, array })
+        Ok(Floats { array, numbers })
     }
 
     /// Its numbers, for as long as the array is kept.
@@ -271,7 +271,7 @@ impl Header {
 }
 
 /// `object` itself if it is an array, or an array over the same memory if it offers a buffer.
-fn as_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+pub fn as_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
     if let Ok(array) = object.cast_exact::<PyUntypedArray>() {
         return Ok(array.clone());
     }

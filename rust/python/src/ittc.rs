@@ -1,6 +1,6 @@
 //! The bare formula.
 
-use crate::array::{Floats, Numbers, outputs};
+use crate::array::{Floats, Numbers, as_array, outputs};
 use crate::errors::value_error;
 use crate::gil::release;
 use crate::{level, motion};
@@ -77,12 +77,17 @@ pub fn ittc<'py>(
         let got = min_closing_speed;
         return Err(PyValueError::new_err(format!("min_closing_speed must be finite and at least 0, got {got}")));
     }
-    let ranges = Floats::view("ranges", ranges)?;
     let (name, speeds) = match &rate {
         Rate::ClosingSpeed(speeds) => ("closing_speed", *speeds),
         Rate::RangeRate(speeds) => ("range_rate", *speeds),
     };
-    let speeds = Speed::view(name, speeds, &ranges)?;
+    let array = as_array("ranges", ranges)?;
+    let number = motion::number(name, speeds).ok();
+    let ranges = Floats::view("ranges", array)?;
+    let speeds = match number {
+        Some(speed) => Speed::same(name, speed, &ranges)?,
+        None => Speed::each(name, speeds, &ranges)?,
+    };
     let (out, status) = outputs(&ranges, out, status_out)?;
     if let Speed::Each(speeds) = &speeds {
         for (argument, output) in [("out", Some(&out)), ("status_out", status_out)] {
@@ -115,16 +120,16 @@ enum Speed<'py> {
 }
 
 impl<'py> Speed<'py> {
-    fn view(argument: &str, object: &Bound<'py, PyAny>, ranges: &Floats<'py>) -> PyResult<Self> {
-        if let Ok(speed) = motion::number(argument, object) {
-            if speed.is_finite() && (matches!(ranges.numbers(), Numbers::Double(_)) || f32::of(speed).is_finite()) {
-                return Ok(Speed::Same(speed));
-            }
-            return Err(PyValueError::new_err(format!(
-                "{argument} must be a finite number in the dtype of ranges, got {speed}"
-            )));
+    fn same(argument: &str, speed: f64, ranges: &Floats<'py>) -> PyResult<Self> {
+        if speed.is_finite() && (matches!(ranges.numbers(), Numbers::Double(_)) || f32::of(speed).is_finite()) {
+            return Ok(Speed::Same(speed));
         }
-        let speeds = Floats::view(argument, object)?;
+        let problem = format!("{argument} must be a finite number in the dtype of ranges, got {speed}");
+        Err(PyValueError::new_err(problem))
+    }
+
+    fn each(argument: &str, object: &Bound<'py, PyAny>, ranges: &Floats<'py>) -> PyResult<Self> {
+        let speeds = Floats::view(argument, as_array(argument, object)?)?;
         if speeds.shape() != ranges.shape() {
             let (expected, got) = (ranges.shape(), speeds.shape());
             return Err(PyValueError::new_err(format!(

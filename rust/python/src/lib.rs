@@ -54,11 +54,11 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     Ok(())
 }
 
-/// Hash of a settings object, by what it looks like: equal settings look alike.
+/// Hash of a settings object, by what it looks like. Equal settings look alike but for the sign of a zero.
 fn hash(repr: &str) -> u64 {
     use std::hash::{DefaultHasher, Hash, Hasher};
     let mut hasher = DefaultHasher::new();
-    repr.hash(&mut hasher);
+    repr.replace("-0.0", "0.0").hash(&mut hasher);
     hasher.finish()
 }
 

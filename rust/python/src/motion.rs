@@ -52,6 +52,14 @@ impl MotionArguments<'_, '_> {
 }
 
 impl Motions {
+    /// Whether there is a motion for each of `rows` rows.
+    pub fn serve(&self, rows: usize) -> bool {
+        [&self.speed, &self.yaw_rate, &self.lateral_speed].into_iter().all(|quantity| match quantity {
+            Quantity::Same(_) => true,
+            Quantity::Each(values) => values.len() == rows,
+        })
+    }
+
     /// The motion of one row.
     pub fn row(&self, row: usize) -> Motion {
         Motion {

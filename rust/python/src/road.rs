@@ -194,7 +194,8 @@ impl RoadFit {
 /// axes : (str, str, str)
 ///     Which stored coordinate is forward, left and up, as for ``Gate``.
 /// height_tolerance : float
-///     How wrong ``sensor_height`` may be, m.
+///     How wrong ``sensor_height`` may be, m. The smaller the safer: where the road itself is hardly seen, a large flat thing
+///     this little above it (the deck of a trailer) is taken for the road, and a gate above that misses it.
 /// max_slope : float
 ///     The steepest road, as rise per metre, forward and to the left each. Pitch and roll of the sensor are part of it.
 /// tolerance : float
@@ -222,8 +223,9 @@ impl RoadFit {
 /// Notes
 /// -----
 /// The ground of a patch is the lowest of its voxels, 0.2 m high, but for a tenth of its points. Planes on a grid of slopes
-/// and heights are voted on by the patches, each with the part of its points that is near its ground, and the winner is refined by iteratively reweighted least squares with Tukey's
-/// biweight [Beaton and Tukey 1974], twice as wide below the plane as above it. Sums are in float64; the reference agrees to 1e-9.
+/// and heights are voted on by the patches, each with the part of its points that is near its ground, and the winner is
+/// refined by iteratively reweighted least squares with Tukey's biweight [Beaton and Tukey 1974], twice as wide below the
+/// plane as above it. Sums are in float64; the reference agrees to 1e-9.
 ///
 /// A road that bends upwards or downwards within the region is no plane: narrow ``x`` then, and look at ``rms``.
 ///

@@ -1,13 +1,14 @@
 //! `ScanTTC`.
 
-use crate::array::{Floats, Numbers, outputs};
+use crate::array::{Floats, Numbers, as_array, outputs};
 use crate::errors::{no_data, value_error, value_error_in_row};
 use crate::gil::release;
 use crate::level;
 use crate::minimum::minimum;
 use crate::motion::{MotionArguments, Motions};
 use crate::nearest::{Nearest, NearestBatch};
-use numpy::PyArray1;
+use numpy::PyUntypedArrayMethods;
+use numpy::{PyArray1, PyUntypedArray};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyTuple, PyType};
@@ -256,14 +257,17 @@ impl ScanTTC {
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments { speed, yaw_rate, lateral_speed };
-        let ranges = Floats::view("ranges", ranges)?;
-        if ranges.batch {
+        let array = as_array("ranges", ranges)?;
+        if array.ndim() == 2 {
+            let motions = motion.each(array.shape()[0])?;
+            let ranges = self.batch(array, &motions)?;
             return match ranges.numbers() {
-                Numbers::Single(table) => self.min_each(py, &table, &motion),
-                Numbers::Double(table) => self.min_each(py, &table, &motion),
+                Numbers::Single(table) => self.min_each(py, &table, &motions),
+                Numbers::Double(table) => self.min_each(py, &table, &motions),
             };
         }
         let motion = motion.one()?;
+        let ranges = Floats::view("ranges", array)?;
         let ttc = match ranges.numbers() {
             Numbers::Single(table) => self.min_one(py, table.row(0), motion),
             Numbers::Double(table) => self.min_one(py, table.row(0), motion),
@@ -308,15 +312,18 @@ impl ScanTTC {
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments { speed, yaw_rate, lateral_speed };
-        let ranges = Floats::view("ranges", ranges)?;
-        if ranges.batch {
+        let array = as_array("ranges", ranges)?;
+        if array.ndim() == 2 {
+            let motions = motion.each(array.shape()[0])?;
+            let ranges = self.batch(array, &motions)?;
             let each = match ranges.numbers() {
-                Numbers::Single(table) => self.nearest_each(py, &table, &motion)?,
-                Numbers::Double(table) => self.nearest_each(py, &table, &motion)?,
+                Numbers::Single(table) => self.nearest_each(py, &table, &motions)?,
+                Numbers::Double(table) => self.nearest_each(py, &table, &motions)?,
             };
             return Ok(Bound::new(py, NearestBatch(each))?.into_any());
         }
         let motion = motion.one()?;
+        let ranges = Floats::view("ranges", array)?;
         let nearest = match ranges.numbers() {
             Numbers::Single(table) => self.nearest_one(py, table.row(0), motion),
             Numbers::Double(table) => self.nearest_one(py, table.row(0), motion),
@@ -371,9 +378,9 @@ impl ScanTTC {
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments { speed, yaw_rate, lateral_speed };
-        let ranges = Floats::view("ranges", ranges)?;
-        self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
-        let motions = if ranges.batch { motion.each(ranges.rows())? } else { Motions::from(motion.one()?) };
+        let array = as_array("ranges", ranges)?;
+        let motions = if array.ndim() == 2 { motion.each(array.shape()[0])? } else { Motions::from(motion.one()?) };
+        let ranges = self.batch(array, &motions)?;
         // All motions are checked before anything is written: `out` may be `ranges` itself.
         for row in 0..ranges.rows() {
             self.scan.check_motion(motions.row(row)).map_err(value_error_in_row(row))?;
@@ -440,14 +447,22 @@ impl ScanTTC {
         least.or(self.no_data).ok_or_else(|| no_data(None))
     }
 
+    /// A view of a batch (or of one scan as one row) for which there is a motion for each row.
+    fn batch<'py>(&self, array: Bound<'py, PyUntypedArray>, motions: &Motions) -> PyResult<Floats<'py>> {
+        let ranges = Floats::view("ranges", array)?;
+        self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
+        if motions.serve(ranges.rows()) {
+            return Ok(ranges);
+        }
+        Err(PyValueError::new_err("ranges changed its shape while the motions were read"))
+    }
+
     fn min_each<'py, T: Range>(
         &self,
         py: Python<'py>,
         ranges: &Table<'_, T>,
-        motion: &MotionArguments<'_, '_>,
+        motions: &Motions,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
-        let motions = motion.each(ranges.rows())?;
         let each: Vec<f64> = release(py, ranges.rows() * ranges.columns(), || {
             self.rows(ranges, |row| {
                 let least = self.scan.min(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))?;
@@ -465,10 +480,8 @@ impl ScanTTC {
         &self,
         py: Python<'_>,
         ranges: &Table<'_, T>,
-        motion: &MotionArguments<'_, '_>,
+        motions: &Motions,
     ) -> PyResult<Arc<[scan::Nearest]>> {
-        self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
-        let motions = motion.each(ranges.rows())?;
         let each = release(py, ranges.rows() * ranges.columns(), || {
             self.rows(ranges, |row| {
                 self.scan.nearest(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))

@@ -67,8 +67,7 @@ impl<T: Real> Candidates<T> {
             // The nearest of a sample are no nearer than the nearest of all: a bound to begin with, in any order.
             let mut sample = nothing();
             sample.collect(points, 0..points.len(), gate, level, SAMPLE);
-            sample.thin();
-            cap = sample.cap;
+            cap = sample.thin().unwrap_or(cap);
         }
         let found = pieces(threads, points.len(), LEAST_PIECE, |range| {
             let mut piece = Candidates { cap, ..nothing() };
@@ -113,20 +112,20 @@ impl<T: Real> Candidates<T> {
         self.kept.push(Candidate { x, index: index as u32 });
         if let Some(wanted) = self.wanted
             && self.kept.len() >= wanted.saturating_mul(2).saturating_add(ROOM)
+            && let Some(last) = self.thin()
         {
-            self.thin();
+            // Points come in order: whatever is as near as the last of the nearest comes too late.
+            self.cap = last.below();
         }
     }
 
-    /// Forget all but the nearest, and whatever lies beyond them.
-    fn thin(&mut self) {
-        if let Some(wanted) = self.wanted
-            && self.kept.len() >= wanted
-        {
-            let (_, last, _) = self.kept.select_nth_unstable_by(wanted - 1, Candidate::order);
-            self.cap = last.x;
-            self.kept.truncate(wanted);
-        }
+    /// Forget all but the nearest, if there are more than wanted; gives the last of those.
+    fn thin(&mut self) -> Option<T> {
+        let wanted = self.wanted.filter(|wanted| self.kept.len() >= *wanted)?;
+        let (_, last, _) = self.kept.select_nth_unstable_by(wanted - 1, Candidate::order);
+        let last = last.x;
+        self.kept.truncate(wanted);
+        Some(last)
     }
 }
 
@@ -153,6 +152,13 @@ impl<T: Real, L: Layout<T>> Kernel for Collect<'_, '_, T, L> {
         let (bounds, zero) = (L::bounds(low, high), L::bounds([T::ZERO; 4], [T::ZERO; 4]));
         let holds_zero = (0..3).all(|column| low[column] <= T::ZERO && T::ZERO <= high[column]);
         let rest = Rest::new(gate, row, fourth);
+        // A point is read again once its bits say that it is inside. It is judged by what is read then, in case somebody
+        // wrote to it meanwhile.
+        let read = |i: usize| {
+            let stored = row.xyz.map(|column| column.get(i));
+            let boxed = (0..3).all(|column| low[column] <= stored[column] && stored[column] <= high[column]);
+            (boxed && stored != [T::ZERO; 3]).then_some(stored)
+        };
         let near = |cap: T| {
             let (low, high) = gate.nearer_than(cap, (low, high));
             L::bounds(low, high)
@@ -174,7 +180,7 @@ impl<T: Real, L: Layout<T>> Kernel for Collect<'_, '_, T, L> {
             while bits != 0 {
                 let i = at + L::place(bits.trailing_zeros() as usize);
                 bits &= bits - 1;
-                if let Some(x) = rest.admit(i) {
+                if let Some(x) = read(i).and_then(|stored| rest.admit(i, stored)) {
                     into.count += usize::from(!rest.is_empty());
                     into.keep(x, first + i);
                 }
@@ -187,12 +193,7 @@ impl<T: Real, L: Layout<T>> Kernel for Collect<'_, '_, T, L> {
         // The last few, one by one.
         let rest = Rest::new(gate, row, false);
         for i in layout.whole()..row.xyz[0].len() {
-            let stored = row.xyz.map(|column| column.get(i));
-            let boxed = (0..3).all(|column| low[column] <= stored[column] && stored[column] <= high[column]);
-            if boxed
-                && stored != [T::ZERO; 3]
-                && let Some(x) = rest.admit(i)
-            {
+            if let Some(x) = read(i).and_then(|stored| rest.admit(i, stored)) {
                 into.count += 1;
                 into.keep(x, first + i);
             }

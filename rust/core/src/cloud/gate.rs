@@ -145,8 +145,9 @@ impl Gate {
     #[inline(always)]
     pub(super) fn along_path(&self, x: f64, y: f64) -> (f64, f64) {
         let k = self.curvature;
-        // Adding 0 turns -0 into +0: behind the circle's centre its sign would be half a turn.
-        let (forward, across) = (k * x + 0.0, 1.0 - k * y);
+        // Behind the circle's centre the sign of a zero is half a turn: it is the path's, not the stored number's.
+        let forward = if x == 0.0 { 0.0_f64.copysign(k) } else { k * x };
+        let across = 1.0 - k * y;
         let along = forward.atan2(across) / k;
         let offset = (2.0 * y - k * (x * x + y * y)) / (1.0 + (forward * forward + across * across).sqrt());
         (along, offset)
@@ -179,15 +180,15 @@ impl<'a, T: Real> Rest<'a, T> {
         self.intensity.is_none() && self.gate.is_straight() && self.gate.above.is_none()
     }
 
-    /// The distance ahead of point `i` of the row, which is in the box, if it is in the gate.
+    /// The distance ahead of point `i` of the row, which is in the box and stored like this, if it is in the gate.
     #[inline(always)]
-    pub(super) fn admit(&self, i: usize) -> Option<T> {
+    pub(super) fn admit(&self, i: usize, stored: [T; 3]) -> Option<T> {
         if let (Some(bounds), Some(intensity)) = (self.intensity, self.row.intensity)
             && !intensity.within(i, bounds)
         {
             return None;
         }
-        let [x, y, z] = self.gate.oriented(self.row.xyz.map(|column| column.get(i)));
+        let [x, y, z] = self.gate.oriented(stored);
         if let Some((road, height)) = &self.gate.above
             && !inside(road.height(x.wide(), y.wide(), z.wide()), *height)
         {

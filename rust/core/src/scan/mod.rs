@@ -42,6 +42,9 @@ const MOST_BEAMS: usize = 1 << 22;
 /// No vehicle is faster than light, m/s. Keeps every product far from overflow.
 const FASTEST: f64 = 299_792_458.0;
 
+/// Slower than this, m/s, products lose their digits, and bounds would not hold.
+const SLOWEST: f64 = 1e-290;
+
 /// No scanner's range begins farther away than this, m. Keeps bounds finite in `f32` too.
 const FARTHEST: f64 = 1e30;
 
@@ -427,21 +430,29 @@ impl<T: Real> View<'_, T> {
 
     /// The vote is for those who would rather be right than fast: every beam is computed.
     fn voted(&self, minimum: Minimum) -> (Best, bool) {
-        let usable = |beam| if self.exact.beams.ignores(beam) { f64::NAN } else { self.usable(beam) };
-        let beams = self.ranges.len();
-        let ttc = |beam| Best { ttc: self.exact.ttc(beam, usable(beam)), beam };
-        let closing: Vec<Best> = (0..beams).map(ttc).filter(Best::closes).collect();
+        let closing = self.closing();
         if closing.is_empty() {
             return (Best::NONE, true);
         }
-        let winner = vote::winner(minimum, closing, beams, usable);
+        let usable = |beam| if self.exact.beams.ignores(beam) { f64::NAN } else { self.usable(beam) };
+        let winner = vote::winner(minimum, closing, self.ranges.len(), usable);
         (winner.unwrap_or_else(|| self.least()), winner.is_some())
+    }
+
+    /// Every beam that closes.
+    fn closing(&self) -> Vec<Best> {
+        let ttc = |beam| Best { ttc: self.exact.ttc(beam, self.usable(beam)), beam };
+        (0..self.ranges.len()).map(ttc).filter(Best::closes).collect()
     }
 
     fn least(&self) -> Best {
         let (vx, vy) = self.exact.velocity;
-        if vx.abs() + vy.abs() <= self.exact.min_closing_speed {
+        let fastest = vx.abs() + vy.abs();
+        if fastest <= self.exact.min_closing_speed {
             return Best::NONE;
+        }
+        if fastest < SLOWEST {
+            return self.closing().into_iter().min_by(Best::order).unwrap_or(Best::NONE);
         }
         let Prepared { tables, rules } = self.prepared;
         if vy == 0.0 && !rules.clamps() {

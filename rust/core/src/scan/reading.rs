@@ -140,17 +140,17 @@ impl<T: Real, S> Census<'_, T, S> {
         let offset = window(&self.tables.offset_below, at);
         let free = std::array::from_fn(|lane| ranges[lane] - offset[lane]);
         let valid = T::within(simd, ranges, &[range_min; LANES], &[less_than_infinity(farthest); LANES]);
-        let clear = T::within(simd, &free, &[T::LEAST; LANES], &[T::INFINITY; LANES]);
-        if valid & clear == u16::MAX {
+        let minus_infinity = T::ZERO - T::INFINITY;
+        let looked = T::within(simd, offset, &[minus_infinity; LANES], &[T::INFINITY; LANES]);
+        let touching = T::within(simd, &free, &[minus_infinity; LANES], &[T::ZERO; LANES]);
+        if valid & looked & !touching == u16::MAX {
             counts.valid += there.count_ones();
             return;
         }
-        let minus_infinity = T::ZERO - T::INFINITY;
         let finite = T::within(simd, ranges, &[T::ZERO - T::MAX; LANES], &[T::MAX; LANES]);
         let in_range = T::within(simd, ranges, &[range_min; LANES], &[less_than_infinity(range_max); LANES]);
         let no_return = T::within(simd, ranges, &[T::INFINITY; LANES], &[T::INFINITY; LANES]);
         let too_close = T::within(simd, ranges, &[minus_infinity; LANES], &[minus_infinity; LANES]);
-        let looked = T::within(simd, offset, &[minus_infinity; LANES], &[T::INFINITY; LANES]);
         let clearance = std::array::from_fn(|lane| self.rules.usable(ranges[lane]) - offset[lane]);
         let contact = T::within(simd, &clearance, &[minus_infinity; LANES], &[T::ZERO; LANES]);
 

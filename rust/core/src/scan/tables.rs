@@ -104,7 +104,7 @@ impl<T: Real> Tables<T> {
             sin: table(&beams.sin, T::of),
             offset: table(&beams.offset, T::of),
             offset_below: table(&beams.offset, T::not_above),
-            offset_above: table(&beams.offset, |offset| T::of(offset * (1.0 + slack))),
+            offset_above: table(&beams.offset, |offset| T::not_below(offset * (1.0 + slack))),
             inverse_forward: table(&beams.cos, inverse),
             inverse_reverse: table(&beams.cos, |cos| inverse(-cos)),
         }

@@ -25,7 +25,7 @@ impl Best {
         self.ttc < other.ttc || (self.ttc == other.ttc && self.beam < other.beam)
     }
 
-    fn order(&self, other: &Best) -> std::cmp::Ordering {
+    pub(super) fn order(&self, other: &Best) -> std::cmp::Ordering {
         self.ttc.total_cmp(&other.ttc).then(self.beam.cmp(&other.beam))
     }
 }

@@ -72,7 +72,7 @@ pub enum Refusal {
     TooNarrow,
     /// Steeper than allowed.
     TooSteep,
-    /// Too far above or below where the sensor's height puts it.
+    /// Above the sensor, or too far above or below where the sensor's height puts it.
     WrongHeight,
     /// Too much of the ground disagrees.
     Outvoted,
@@ -88,7 +88,7 @@ impl Refusal {
             Refusal::TooSmall => "fewer than min_patches of it are seen",
             Refusal::TooNarrow => "what is seen of it is narrower than min_width",
             Refusal::TooSteep => "steeper than max_slope",
-            Refusal::WrongHeight => "farther than height_tolerance from sensor_height",
+            Refusal::WrongHeight => "above the sensor, or farther than height_tolerance from sensor_height",
             Refusal::Outvoted => "less than min_share of the patches agree",
         }
     }
@@ -148,7 +148,7 @@ pub fn fit_road<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Result<
         Some(Refusal::TooNarrow)
     } else if road.slope_x.abs().max(road.slope_y.abs()) > search.max_slope {
         Some(Refusal::TooSteep)
-    } else if (road.offset + search.sensor_height).abs() > search.height_tolerance {
+    } else if road.offset >= 0.0 || (road.offset + search.sensor_height).abs() > search.height_tolerance {
         Some(Refusal::WrongHeight)
     } else if share < search.min_share {
         Some(Refusal::Outvoted)

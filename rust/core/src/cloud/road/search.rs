@@ -10,6 +10,9 @@ const MOST_VOXELS: f64 = (1 << 22) as f64;
 /// Points on a strip narrower than this, m, are on a line, which has no plane.
 const LEAST_WIDTH: f64 = 0.01;
 
+/// Steeper is no road, and takes long to look for.
+const STEEPEST: f64 = 1.0;
+
 /// Where to look for a road, and what to accept as one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadSearch {
@@ -61,6 +64,11 @@ impl RoadSearch {
         finite("sensor_height", self.sensor_height)?;
         positive("height_tolerance", self.height_tolerance)?;
         positive("max_slope", self.max_slope)?;
+        if self.max_slope > STEEPEST {
+            let problem =
+                format!("must be at most {STEEPEST}, got {}; it is rise per metre, not degrees", self.max_slope);
+            return Err(Error::new("max_slope", problem));
+        }
         self.region().checked()?;
         for (argument, (low, high)) in [("x", self.x), ("y", self.y)] {
             finite(argument, low)?;
