@@ -35,13 +35,14 @@ def test_arrays_are_looked_at_after_all_numbers_are_converted(method: str) -> No
     with pytest.raises(ValueError, match="ranges"):
         getattr(scan, method)(ranges, Resizes(ranges))
     ranges = np.full(BEAMS, 10.0)
-    assert ttc_fast.ittc(ranges, closing_speed=Resizes(ranges)).tolist() == [2.0]
+    speed: Any = Resizes(ranges)
+    assert ttc_fast.ittc(ranges, closing_speed=speed).tolist() == [2.0]
 
 
 def test_a_message_cannot_be_resized_under_its_view() -> None:
     fields = [SimpleNamespace(name=name, offset=4 * i, datatype=7, count=1) for i, name in enumerate("xyz")]
-    data = array.array("B", np.ones((1000, 3), np.float32).tobytes())
-    msg = SimpleNamespace(
+    data: Any = array.array("B", np.ones((1000, 3), np.float32).tobytes())
+    msg: Any = SimpleNamespace(
         height=1,
         width=1000,
         fields=fields,
