@@ -58,7 +58,7 @@ def test_a_message_cannot_be_resized_under_its_view() -> None:
     assert ttc_fast.robust_min_x(points).candidates == 1000
 
 
-ESTIMATORS = [
+ESTIMATORS: list[Any] = [
     ttc_fast.Minimum(),
     ttc_fast.KthSmallest(20),
     ttc_fast.MeanOfLowest(5),
@@ -101,7 +101,7 @@ def _in_a_child(points: Any, results: Any) -> None:
 @pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="this system cannot fork")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
 def test_a_forked_child_does_not_wait_for_threads_that_it_has_not_got() -> None:
-    points = np.random.default_rng(0).uniform(1.0, 60.0, (400_000, 3)).astype(np.float32) * np.float32([1, 0.01, 1])
+    points = (np.random.default_rng(0).uniform(1.0, 60.0, (400_000, 3)) * [1.0, 0.01, 1.0]).astype(np.float32)
     expected = ttc_fast.robust_min_x(points, threads=2).x
     fork = multiprocessing.get_context("fork")
     results = fork.Queue()
