@@ -187,18 +187,6 @@ impl<'a, T: Copy> Records<'a, T> {
             && column.stride == self.0.stride
     }
 
-    /// How many records there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.0.len
-    }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.0.len == 0
-    }
-
     /// The same records, if each begins where the fourth number of the one before ends.
     #[must_use]
     pub fn back_to_back(self) -> Option<BackToBack<'a, T>> {

@@ -37,6 +37,18 @@ pub enum Numbers<'py> {
     Double(Table<'py, f64>),
 }
 
+impl<'py> Numbers<'py> {
+    /// The numbers, if they are float32.
+    pub fn single(self) -> Option<Table<'py, f32>> {
+        if let Numbers::Single(table) = self { Some(table) } else { None }
+    }
+
+    /// The numbers, if they are float64.
+    pub fn double(self) -> Option<Table<'py, f64>> {
+        if let Numbers::Double(table) = self { Some(table) } else { None }
+    }
+}
+
 /// A type that a NumPy array can have, and what NumPy calls it.
 pub trait Element: Copy {
     /// Its type number.

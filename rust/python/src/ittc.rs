@@ -100,14 +100,12 @@ pub fn ittc<'py>(
     let wrong_dtype = || PyTypeError::new_err(format!("{name} must have the dtype of ranges, {}", ranges.dtype()));
     match ranges.numbers() {
         Numbers::Single(table) => {
-            let speeds =
-                speeds.table(|numbers| if let Numbers::Single(speeds) = numbers { Some(speeds) } else { None });
-            run(py, &table, &speeds.ok_or_else(wrong_dtype)?, job, ranges.output("out", &out)?)?;
+            let speeds = speeds.table(Numbers::single).ok_or_else(wrong_dtype)?;
+            run(py, &table, &speeds, job, ranges.output("out", &out)?)?;
         }
         Numbers::Double(table) => {
-            let speeds =
-                speeds.table(|numbers| if let Numbers::Double(speeds) = numbers { Some(speeds) } else { None });
-            run(py, &table, &speeds.ok_or_else(wrong_dtype)?, job, ranges.output("out", &out)?)?;
+            let speeds = speeds.table(Numbers::double).ok_or_else(wrong_dtype)?;
+            run(py, &table, &speeds, job, ranges.output("out", &out)?)?;
         }
     }
     Ok(out)
