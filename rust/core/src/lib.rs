@@ -13,6 +13,7 @@ pub mod scan;
 pub mod simd;
 mod status;
 pub mod threads;
+pub mod tracker;
 
 pub use error::Error;
 pub use status::Status;

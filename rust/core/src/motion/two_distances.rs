@@ -1,4 +1,4 @@
-//! From distances to times.
+//! Time-to-collision from two distances.
 
 use crate::error::{Error, finite};
 

@@ -1,0 +1,125 @@
+//! From a posterior of distance and closing speed to a time-to-collision with its interval.
+
+use super::filter::Posterior;
+use crate::status::Status;
+
+/// Time-to-collision over several frames, and what it rests on. Intervals hold 90 %.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackedTtc {
+    /// s, in [0, inf]; infinite where nothing closes or too little is known.
+    pub ttc: f64,
+    /// s; the upper end is infinite where the gap may not be closing. None while warming up.
+    pub ttc_interval: Option<[f64; 2]>,
+    /// Distance to contact, m. NaN without a target.
+    pub distance: f64,
+    /// m/s, positive when approaching. NaN while warming up and without a target.
+    pub closing_speed: f64,
+    /// m/s. None while warming up.
+    pub closing_speed_interval: Option<[f64; 2]>,
+    /// What it means.
+    pub status: Status,
+}
+
+impl TrackedTtc {
+    /// Nothing to go by.
+    pub(super) fn nothing(status: Status, distance: f64) -> Self {
+        TrackedTtc {
+            ttc: f64::INFINITY,
+            ttc_interval: None,
+            distance,
+            closing_speed: f64::NAN,
+            closing_speed_interval: None,
+            status,
+        }
+    }
+
+    /// What a posterior says; `quantile` is half an interval in standard deviations, and `closes` whether the closing
+    /// speed counts as one.
+    pub(super) fn new(posterior: Posterior, quantile: f64, closes: bool) -> Self {
+        let Posterior { distance, closing_speed, vv, .. } = posterior;
+        let half = quantile * vv.sqrt();
+        let (ttc, status) = if distance <= 0.0 {
+            (if closing_speed > 0.0 { 0.0 } else { f64::INFINITY }, Status::Contact)
+        } else if closes {
+            (distance / closing_speed, Status::Closing)
+        } else {
+            (f64::INFINITY, Status::NotClosing)
+        };
+        let [low, high] = ratio_interval(posterior, quantile);
+        TrackedTtc {
+            ttc,
+            ttc_interval: Some([low.min(ttc), high.max(ttc)]),
+            distance,
+            closing_speed,
+            closing_speed_interval: Some([closing_speed - half, closing_speed + half]),
+            status,
+        }
+    }
+
+    pub(super) fn with(self, status: Status) -> Self {
+        TrackedTtc { status, ..self }
+    }
+}
+
+/// All times `T >= 0` for which `distance - T closing_speed` is within `quantile` standard deviations of 0 (Fieller 1954).
+///
+/// That is `g T^2 - 2 b T + c <= 0`, with g below 0 where the closing speed may be 0: the times then have no upper end.
+fn ratio_interval(posterior: Posterior, quantile: f64) -> [f64; 2] {
+    let Posterior { distance, closing_speed, dd, dv, vv } = posterior;
+    let squared = quantile * quantile;
+    let g = closing_speed * closing_speed - squared * vv;
+    let b = distance * closing_speed - squared * dv;
+    let c = if distance > 0.0 { distance * distance - squared * dd } else { 0.0 };
+    let root = (b * b - g * c).max(0.0).sqrt();
+    let low = if c <= 0.0 {
+        0.0
+    } else if b > 0.0 {
+        c / (b + root)
+    } else if g < 0.0 {
+        (b - root) / g
+    } else {
+        f64::INFINITY // certainly opening
+    };
+    let high = if g > 0.0 && b + root > 0.0 { (b + root) / g } else { f64::INFINITY };
+    [low, high]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TrackedTtc, ratio_interval};
+    use crate::status::Status;
+    use crate::tracker::filter::Posterior;
+
+    fn posterior(distance: f64, closing_speed: f64, vv: f64) -> Posterior {
+        Posterior { distance, closing_speed, dd: 0.01, dv: 0.0, vv }
+    }
+
+    #[test]
+    fn certain_speeds_bound_both_ends() {
+        let [low, high] = ratio_interval(posterior(10.0, 5.0, 0.04), 1.645);
+        assert!(low > 1.8 && low < 2.0 && high > 2.0 && high < 2.2, "{low} {high}");
+        // Each end is where 0 is just `quantile` standard deviations away.
+        for time in [low, high] {
+            let deviations = (10.0 - 5.0 * time) / (0.01 + time * time * 0.04_f64).sqrt();
+            assert!((deviations.abs() - 1.645).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn speeds_about_zero_have_no_upper_end() {
+        let [low, high] = ratio_interval(posterior(10.0, 0.1, 0.04), 1.645);
+        assert!(low > 20.0 && low < 25.0 && high == f64::INFINITY);
+        let [low, high] = ratio_interval(posterior(10.0, -0.1, 0.04), 1.645);
+        assert!(low > 40.0 && high == f64::INFINITY);
+        assert_eq!(ratio_interval(posterior(10.0, -5.0, 0.04), 1.645), [f64::INFINITY; 2]);
+        assert_eq!(ratio_interval(posterior(0.1, 1.0, 0.04), 1.645)[0], 0.0);
+    }
+
+    #[test]
+    fn contact() {
+        let touching = TrackedTtc::new(posterior(-0.2, 1.0, 0.01), 1.645, true);
+        assert_eq!((touching.ttc, touching.status), (0.0, Status::Contact));
+        assert_eq!(touching.ttc_interval.unwrap()[0], 0.0);
+        assert_eq!(TrackedTtc::new(posterior(-0.2, -1.0, 0.01), 1.645, false).ttc, f64::INFINITY);
+    }
+}
