@@ -20,7 +20,7 @@ from ttc_fast.demo import SAMPLES, name_of
 from ttc_fast.demo.picture import ALARM, INK
 from ttc_fast.demo.scans.picture import draw
 from ttc_fast.demo.scans.replay import TOO_LONG, replay
-from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
+from ttc_fast.logs import LogError, ScanLog, open_log
 
 SAMPLE = SAMPLES["scans"]
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -28,7 +28,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 def open_scans(path: Path) -> ScanLog:
     log = open_log(path)
-    assert not isinstance(log, CloudLog)
+    assert isinstance(log, ScanLog)
     return log
 
 

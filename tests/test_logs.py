@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ttc_fast.demo import SAMPLES
-from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
+from ttc_fast.logs import LogError, ScanLog, open_log
 
 SAMPLE = SAMPLES["scans"]
 
@@ -31,7 +31,7 @@ def good() -> Arrays:
 
 def open_scans(path: Path) -> ScanLog:
     log = open_log(path)
-    assert not isinstance(log, CloudLog)
+    assert isinstance(log, ScanLog)
     return log
 
 

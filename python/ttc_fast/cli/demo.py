@@ -9,7 +9,7 @@ from ttc_fast.cli import demo_clouds, demo_scans
 from ttc_fast.cli.exits import FAILED, USAGE, CommandError
 from ttc_fast.cli.numbers import count, positive
 from ttc_fast.demo import SAMPLES
-from ttc_fast.logs import FORMATS, CloudLog, LogError, open_log
+from ttc_fast.logs import FORMATS, CloudLog, DistanceLog, LogError, open_log
 
 if TYPE_CHECKING:
     import argparse
@@ -68,6 +68,8 @@ def run(arguments: argparse.Namespace) -> None:
     from ttc_fast.demo.table import line, open_console
 
     log = open_log(arguments.path or SAMPLES[arguments.sample])
+    if isinstance(log, DistanceLog):
+        raise LogError(log.path, "is a log of distances; the demo replays those of scans and clouds")
     given = _given(arguments, log)
     console = open_console()
     try:

@@ -3,53 +3,84 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ttc_fast.logs import kitti, npz_clouds, npz_scans
-from ttc_fast.logs.clouds import CloudFrame, CloudLog, Lidar
-from ttc_fast.logs.kitti import KittiFolder
+from ttc_fast.logs import npz_clouds, npz_scans
+from ttc_fast.logs.bag import Bag
+from ttc_fast.logs.bag_folder import BagFolder, is_bag_folder
+from ttc_fast.logs.carmen import CarmenLog
+from ttc_fast.logs.cloud_files import CloudFiles
+from ttc_fast.logs.clouds import CloudFrame, CloudLog, Lidar, forward_left_up
+from ttc_fast.logs.container import MissingPackageError
+from ttc_fast.logs.db3 import Database
+from ttc_fast.logs.distances import DistanceFrame, DistanceLog
+from ttc_fast.logs.kitti import KITTI
 from ttc_fast.logs.log import Log, LogError
+from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.npz import Arrays
 from ttc_fast.logs.npz_clouds import NpzClouds
 from ttc_fast.logs.npz_scans import NpzScans
+from ttc_fast.logs.nuscenes import NUSCENES
+from ttc_fast.logs.pcd import PCD
+from ttc_fast.logs.recording import Recording
+from ttc_fast.logs.ros import open_bag
 from ttc_fast.logs.scans import ScanFrame, ScanLog, Scanner
+from ttc_fast.logs.table import DistanceTable
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from os import PathLike
 
 __all__ = [
     "FORMATS",
     "CloudFrame",
     "CloudLog",
+    "DistanceFrame",
+    "DistanceLog",
     "Lidar",
     "Log",
     "LogError",
+    "Recording",
     "ScanFrame",
     "ScanLog",
     "Scanner",
+    "forward_left_up",
     "open_log",
 ]
 
-FORMATS = "a NumPy archive (.npz) of scans or clouds, or a folder of KITTI clouds (.bin, .bin.gz)"
+FORMATS = (
+    "a NumPy archive (.npz) of scans or clouds, a ROS 1 bag (.bag), a ROS 2 bag (.db3, .mcap, or their folder), a "
+    "CARMEN log (.log, .log.gz), a cloud or a folder of clouds of KITTI (.bin, .bin.gz), nuScenes (.pcd.bin) or PCL "
+    "(.pcd), or a table of distances (.csv)"
+)
 """What can be read, for people."""
 
+AnyLog = ScanLog | CloudLog | DistanceLog
+CLOUDS = (NUSCENES, PCD, KITTI)  # in this order, as .pcd.bin ends in .bin too
 
-def open_log(path: str | PathLike[str]) -> ScanLog | CloudLog:
+
+def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
     """Open a log with the reader for its kind.
 
     Parameters
     ----------
     path : path
-        Of a NumPy archive, or a folder of KITTI frames.
+        Of a file or folder; ``FORMATS`` says which.
+    **options
+        What the user says of the recording: the fields of ``Recording``, by their names.
 
     Returns
     -------
-    ScanLog or CloudLog
+    ScanLog, CloudLog or DistanceLog
+        ``isinstance`` tells them apart.
 
     Raises
     ------
     LogError
-        If it is not there, no reader knows the name, or it cannot be read as what its name says.
+        If it is not there, no reader knows the name, it cannot be read as what its name says, an option is not for
+        that kind, or a package of the extra ``log`` is missing.
+    TypeError, ValueError
+        If an option is unknown, or makes no sense.
 
     Examples
     --------
@@ -59,18 +90,58 @@ def open_log(path: str | PathLike[str]) -> ScanLog | CloudLog:
     >>> log = open_log(samples / "approach.npz")
     >>> log.frame_count, log.scanner.beams, next(iter(log)).ranges.dtype.name
     (129, 541, 'float32')
-    >>> log = open_log(samples / "following.npz")
-    >>> log.frame_count, log.lidar.sensor_height, next(iter(log)).points.dtype.name
-    (12, 1.73, 'float32')
+    >>> log = open_log(samples / "following.npz", front_offset=2.0)
+    >>> log.frame_count, log.lidar.sensor_height, log.lidar.front_offset, next(iter(log)).points.dtype.name
+    (12, 1.73, 2.0, 'float32')
     """
     path = Path(path)
-    if not path.exists():
-        raise LogError(path, "cannot be opened: no such file or folder")
-    if path.is_dir():
-        return KittiFolder(path)
-    if path.suffix.lower() == ".npz":
-        arrays = Arrays(path, {*npz_scans.NAMES, *npz_clouds.NAMES})
-        return NpzClouds(arrays) if "points" in arrays else NpzScans(arrays)
-    if kitti.is_frame(path):
-        raise LogError(path, f"is one frame, and a TTC needs two: give the folder that holds them, {path.parent}")
-    raise LogError(path, f"no reader for this kind of file; can read {FORMATS}")
+    recording = Recording(**options)
+    try:
+        if not path.exists():
+            raise LogError(path, "cannot be opened: no such file or folder")
+        return _open_folder(path, recording) if path.is_dir() else _open_file(path, recording)
+    except MissingPackageError as error:
+        raise LogError(path, str(error)) from error
+    except OSError as error:
+        raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
+
+
+def _open_folder(path: Path, recording: Recording) -> AnyLog:
+    if is_bag_folder(path):
+        return open_bag(BagFolder(path), recording)
+    # The name of a file ends as in one of the formats, the first that fits.
+    files = (file for file in path.iterdir() if file.is_file())
+    found = {next((form for form in CLOUDS if form.has(file)), None) for file in files} - {None}
+    if len(found) > 1:
+        several = " and ".join(sorted(form.name for form in found if form))
+        raise LogError(path, f"holds {several}; give each kind a folder of its own")
+    form = found.pop() if found else None
+    if form is None:
+        raise LogError(path, f"holds no frames that can be read; can read {FORMATS}; give the folder that holds them")
+    return CloudFiles(path, form, recording)
+
+
+def _open_file(path: Path, recording: Recording) -> AnyLog:
+    name = path.name.lower()
+    for form in CLOUDS:
+        if form.has(path):
+            return CloudFiles(path, form, recording)
+    opener = next((opener for suffixes, opener in FILES.items() if name.endswith(suffixes)), None)
+    if opener is None:
+        raise LogError(path, f"no reader for this kind of file; can read {FORMATS}")
+    return opener(path, recording)
+
+
+def _open_archive(path: Path, recording: Recording) -> AnyLog:
+    arrays = Arrays(path, {*npz_scans.NAMES, *npz_clouds.NAMES})
+    return NpzClouds(arrays, recording) if "points" in arrays else NpzScans(arrays, recording)
+
+
+FILES: dict[tuple[str, ...], Callable[[Path, Recording], AnyLog]] = {
+    (".npz",): _open_archive,
+    (".bag",): lambda path, recording: open_bag(Bag(path), recording),
+    (".db3",): lambda path, recording: open_bag(Database(path), recording),
+    (".mcap",): lambda path, recording: open_bag(McapFile(path), recording),
+    (".log", ".log.gz", ".clf", ".clf.gz"): CarmenLog,
+    (".csv",): DistanceTable,
+}

@@ -1,6 +1,6 @@
 """What a log is to everything that reads one, whatever the sensor and the format.
 
-A format is one file beside this one: a class with the attributes of ``ScanLog`` or ``CloudLog``.
+A format is one file beside this one: a class with the attributes of ``ScanLog``, ``CloudLog`` or ``DistanceLog``.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ class LogError(Exception):
 
 
 class Log(Protocol[FrameT_co]):
-    """A recording. Iterating reads it from the start, in the order of its stamps, which increase.
+    """A recording. Iterating reads it from the start, in the order of recording, and holds a few frames at most.
 
-    What a reader can know before reading is checked when it is made; iterating may raise ``LogError`` at a damaged
-    record, after the frames before it.
+    What a reader can know before reading is checked when it is made. Iterating gives every frame that can be read; if
+    something was lost on the way, it raises ``LogError`` after the last of them, which says what. Stamps increase,
+    except in bags, which hold whatever was sent.
     """
 
     @property
@@ -38,3 +39,33 @@ class Log(Protocol[FrameT_co]):
 
     def __iter__(self) -> Iterator[FrameT_co]:
         """All frames."""
+
+
+class Losses:
+    """What could not be read of a log, gathered while the rest is.
+
+    Parameters
+    ----------
+    path : Path
+        Of the log.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.part = ""
+        """Which file of it is being read, where it has several."""
+        self._first: list[str] = []
+        self._count = 0
+
+    def add(self, loss: str) -> None:
+        """Note one: where, what is wrong there, and what is missing by it."""
+        self._count += 1
+        if self._count <= 3:  # a log that is damaged all over must not fill the memory
+            self._first.append(f"{self.part}: {loss}" if self.part else loss)
+
+    def tell(self, frames: int) -> None:
+        """Raise ``LogError`` if there were any; so many frames could be read."""
+        if not self._count:
+            return
+        more = f"; and {self._count - len(self._first)} more" if self._count > len(self._first) else ""
+        raise LogError(self.path, f"{'; '.join(self._first)}{more}. The {frames} frames that could be read were given")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ttc_fast.logs.clouds import CloudFrame, Lidar
+from ttc_fast.logs.recording import LIDAR
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast.logs.npz import Arrays
+    from ttc_fast.logs.recording import Recording
 
 REQUIRED = ("t", "points", "counts", "sensor_height")
 NAMES = (*REQUIRED, "front_offset")
@@ -30,6 +32,8 @@ class NpzClouds:
     ----------
     arrays : Arrays
         Of the archive.
+    recording : Recording
+        What the user says of it.
 
     Raises
     ------
@@ -39,7 +43,8 @@ class NpzClouds:
 
     clock = "stamps of the log"
 
-    def __init__(self, arrays: Arrays) -> None:
+    def __init__(self, arrays: Arrays, recording: Recording) -> None:
+        recording.only((*LIDAR, "speed"), arrays.path, "an archive of clouds")
         arrays.require(REQUIRED)
         self.path = arrays.path
         shape = arrays["points"].shape
@@ -48,12 +53,15 @@ class NpzClouds:
         self.frame_count = len(self._ends)
         self._stamps = arrays.stamps(self.frame_count, "cloud of counts")
         front_offset = arrays.numbers("front_offset", 1)[0] if "front_offset" in arrays else 0.0
-        self.lidar = Lidar(arrays.numbers("sensor_height", 1)[0], front_offset, own_reach=front_offset)
+        lidar = Lidar(arrays.numbers("sensor_height", 1)[0], front_offset, own_reach=front_offset)
+        self.lidar = recording.applied(lidar, LIDAR)
+        self._speed = recording.speed
+        self.motion = "the speed is unknown" if self._speed is None else "speed as given"
 
     def __iter__(self) -> Iterator[CloudFrame]:
         clouds = np.split(self._points, self._ends[:-1])
         for stamp, points in zip(self._stamps, clouds, strict=True):
-            yield CloudFrame(float(stamp), points)
+            yield CloudFrame(float(stamp), points, self._speed)
 
 
 def _counts(arrays: Arrays, points: int) -> NDArray[np.int64]:

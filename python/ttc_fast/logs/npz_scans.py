@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ttc_fast.logs.recording import SCANNER
 from ttc_fast.logs.scans import ScanFrame, Scanner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from ttc_fast.logs.npz import Arrays
+    from ttc_fast.logs.recording import Recording
 
 BEAM = ("angle_min", "angle_increment", "range_min", "range_max")
 PLACE = {"mount": 3, "outline": 4}  # how many numbers each has
@@ -30,6 +32,8 @@ class NpzScans:
     ----------
     arrays : Arrays
         Of the archive.
+    recording : Recording
+        What the user says of it.
 
     Raises
     ------
@@ -37,7 +41,10 @@ class NpzScans:
         If an array is missing or of the wrong shape or type.
     """
 
-    def __init__(self, arrays: Arrays) -> None:
+    clock = "stamps of the log"
+
+    def __init__(self, arrays: Arrays, recording: Recording) -> None:
+        recording.only((*SCANNER, "speed"), arrays.path, "an archive of scans")
         arrays.require(REQUIRED)
         self.path = arrays.path
         shape = arrays["ranges"].shape
@@ -48,9 +55,20 @@ class NpzScans:
         self._speeds = arrays.per_frame("v", *one_each) if "v" in arrays else None
         self._yaw_rates = arrays.per_frame("w", *one_each) if "w" in arrays else np.zeros(self.frame_count)
         placed: dict[str, Any] = {name: arrays.numbers(name, n) for name, n in PLACE.items() if name in arrays}
-        self.scanner = Scanner(**{name: arrays.numbers(name, 1)[0] for name in BEAM}, beams=beams, **placed)
+        scanner = Scanner(**{name: arrays.numbers(name, 1)[0] for name in BEAM}, beams=beams, **placed)
+        self.scanner = recording.applied(scanner, SCANNER)
+        self._speed = recording.speed
+        self.motion = _motion(self._speed, known=self._speeds is not None)
 
     def __iter__(self) -> Iterator[ScanFrame]:
         for i, ranges in enumerate(self._ranges):
-            speed = None if self._speeds is None else float(self._speeds[i])
+            speed = self._speed
+            if speed is None and self._speeds is not None:
+                speed = float(self._speeds[i])
             yield ScanFrame(float(self._stamps[i]), ranges, speed, float(self._yaw_rates[i]))
+
+
+def _motion(given: float | None, *, known: bool) -> str:
+    if given is not None:
+        return "speed as given"
+    return "speeds of the log" if known else "the speed is unknown"

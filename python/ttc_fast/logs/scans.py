@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from ttc_fast.logs.log import Log
 
@@ -48,20 +48,33 @@ class ScanFrame(NamedTuple):
     ranges : ndarray, float32 or float64, shape (beams,)
         m, as recorded: error codes, NaN and inf included. Stays as it is when the log is read on.
     speed : float or None
-        Of the vehicle's origin, forward, m/s, negative when reversing; None when the log does not know.
+        Of the vehicle's origin, forward, m/s, negative when reversing; None when the log does not know, or no longer.
     yaw_rate : float
         Counter-clockwise, rad/s; 0 when the log does not know.
+    speed_age : float
+        How much older than the scan the odometry is that the motion is from, s; 0 where both were recorded together or
+        the user said the speed, inf where there was none yet.
     """
 
     stamp: float
     ranges: NDArray[Any]
     speed: float | None
     yaw_rate: float = 0.0
+    speed_age: float = 0.0
 
 
+@runtime_checkable
 class ScanLog(Log[ScanFrame], Protocol):
     """A log of laser scans."""
 
     @property
     def scanner(self) -> Scanner:
         """The scanner of every frame."""
+
+    @property
+    def clock(self) -> str:
+        """Where the stamps come from, for people."""
+
+    @property
+    def motion(self) -> str:
+        """Where the speeds come from, for people."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ttc_fast import Detection, Gate, KthSmallest, Minimum, ttc_from_clouds
 from ttc_fast.demo.replay import Replay, collect
-from ttc_fast.logs import CloudFrame
+from ttc_fast.logs import CloudFrame, forward_left_up
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -107,7 +107,7 @@ def corridor(
     Parameters
     ----------
     lidar : Lidar
-        Where the lidar sits.
+        Where the lidar sits, how high above the road above all.
     gate_x : (float, float), optional
         From and to which distance ahead of the sensor, m; by default all that is not the vehicle itself.
     lane_width : float
@@ -133,6 +133,8 @@ def corridor(
     >>> corridor(Lidar(sensor_height=1.75, front_offset=2.0, own_reach=2.0), height=(0.25, 2.25))
     Gate(x=(2.0, inf), y=(-2.0, 2.0), z=(-1.5, 0.5))
     """
+    if lidar.sensor_height is None:
+        raise ValueError("it is not known how high the lidar sits above the road; say it with --sensor-height, in m")
     low, high = height or lidar.height
     return Gate.above_road(
         lidar.sensor_height,
@@ -200,7 +202,9 @@ def replay(
     def play() -> Iterator[tuple[CloudRow, CloudFrame]]:
         before = None
         for number, recorded in enumerate(log if frames is None else frames):
-            frame = recorded if rate is None else recorded._replace(stamp=number / rate)
+            frame = recorded._replace(points=forward_left_up(recorded.points, log.lidar.axes))
+            if rate is not None:
+                frame = frame._replace(stamp=number / rate)
             # Nothing was seen before the first frame, which makes it a WARMING_UP.
             previous, dt = (before.points, frame.stamp - before.stamp) if before else (frame.points[:0], 1.0)
             seen, plain = (

@@ -1,0 +1,130 @@
+"""MCAP files (.mcap), record by record, so that memory does not grow and an unclosed file is read as far as it goes."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, Any
+
+from ttc_fast.logs.container import Topic, need, plain_type
+from ttc_fast.logs.log import LogError, Losses
+from ttc_fast.ros_messages import CDR, ROS1
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+    from pathlib import Path
+
+    from ttc_fast.logs.container import Message
+
+MAGIC = b"\x89MCAP0\r\n"
+ENCODINGS = {"cdr": CDR, "ros1": ROS1}
+# What the mcap package and its decompressors raise over a damaged record.
+DAMAGED = (ValueError, EOFError, RuntimeError, MemoryError, KeyError, OverflowError, struct.error, OSError)
+
+
+class McapFile:
+    """An MCAP file of ROS messages.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file.
+
+    Raises
+    ------
+    LogError
+        If it cannot be opened or is no such file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._package = need("mcap.stream_reader")
+        self._reader = need("mcap.reader")
+        self._records = need("mcap.records")
+        self._damaged = (*DAMAGED, need("mcap.exceptions").McapError, need("zstandard").ZstdError)
+        self._channels: dict[int, Topic] = {}
+        try:
+            with path.open("rb") as file:
+                start = file.read(len(MAGIC))
+                if start != MAGIC:
+                    raise LogError(path, f"is no MCAP file: it must begin with {MAGIC!r}, got {start!r}")
+                self._size = path.stat().st_size
+                self._read_summary(file)
+        except OSError as error:
+            raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
+        if not self._channels:
+            # Without a summary the file itself tells: once through all of it. What is lost is told when it is read.
+            for _ in self.messages((), Losses(path)):
+                pass
+
+    @property
+    def topics(self) -> list[Topic]:
+        """All topics; several channels may be of one."""
+        found: dict[str, Topic] = {}
+        for topic in self._channels.values():
+            found[topic.name] = topic.joined(found.get(topic.name))
+        return list(found.values())
+
+    def messages(self, names: Collection[str], losses: Losses) -> Iterator[Message]:
+        """Read the messages of these topics, and note what is damaged."""
+        schemas: dict[int, str] = {}
+        kinds = self._records
+        with self.path.open("rb") as file:
+            for record in self._all(file, losses):
+                if isinstance(record, kinds.Message):
+                    topic = self._channels.get(record.channel_id)
+                    if topic is None:
+                        losses.add(f"a message of an unknown channel, before byte {file.tell()} of {self._size}")
+                    elif topic.name in names:
+                        yield topic.name, record.log_time, record.data, 0, len(record.data)
+                elif isinstance(record, kinds.Schema):
+                    schemas[record.id] = record.name
+                elif isinstance(record, kinds.Channel):
+                    self._add(record, schemas, None)
+
+    def _all(self, file: Any, losses: Losses) -> Iterator[Any]:
+        """Read all records, those in chunks too. A damaged chunk is passed over."""
+        # A length of more bytes than the file has is damage, and must not be asked for.
+        reader = self._package.StreamReader(file, emit_chunks=True, record_size_limit=self._size)
+        records = iter(reader.records)
+        while True:
+            at = file.tell()
+            try:
+                record = next(records, None)
+            except self._damaged as damage:
+                losses.add(f"damaged or cut short at byte {at} of {self._size}: {_said(damage)}; what follows is lost")
+                return
+            if record is None:
+                return
+            if not isinstance(record, self._records.Chunk):
+                yield record
+                continue
+            try:
+                unpacked = self._package.breakup_chunk(record, validate_crc=True)
+            except self._damaged as damage:
+                losses.add(f"chunk at byte {at} of {self._size} is damaged and left out: {_said(damage)}")
+                continue
+            yield from unpacked
+
+    def _read_summary(self, file: Any) -> None:
+        """Take in the channels that are listed at the end, if they are."""
+        try:
+            file.seek(0)
+            summary = self._reader.SeekingReader(file, record_size_limit=self._size).get_summary()
+        except self._damaged:
+            return
+        if summary is None:
+            return
+        counts = summary.statistics.channel_message_counts if summary.statistics else None
+        schemas = {number: schema.name for number, schema in summary.schemas.items()}
+        for number, channel in summary.channels.items():
+            self._add(channel, schemas, None if counts is None else counts.get(number, 0))
+
+    def _add(self, channel: Any, schemas: dict[int, str], count: int | None) -> None:
+        encoding = ENCODINGS.get(channel.message_encoding)
+        if encoding is not None:  # others hold no ROS messages
+            kind = plain_type(schemas.get(channel.schema_id, ""))
+            self._channels.setdefault(channel.id, Topic(channel.topic, kind, encoding, count))
+
+
+def _said(damage: BaseException) -> str:
+    return str(damage) or type(damage).__name__

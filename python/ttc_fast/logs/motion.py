@@ -1,0 +1,112 @@
+"""The motion of the vehicle at the time of a frame, from the odometry before it."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+MAX_AGE = 0.5
+"""s; older odometry says nothing about the speed now, unless the user says otherwise."""
+KEPT = 256  # entries: those within the delay of a frame, from a sensor until it is recorded
+
+
+class Pose(NamedTuple):
+    """Where the vehicle is, m and rad."""
+
+    x: float
+    y: float
+    yaw: float
+
+
+class Motion(NamedTuple):
+    """How the vehicle moves.
+
+    Attributes
+    ----------
+    speed : float or None
+        Forward, m/s, negative when reversing; None when unknown.
+    yaw_rate : float
+        Counter-clockwise, rad/s; 0 when unknown.
+    speed_age : float
+        How much older than the frame the odometry is, s; inf when there was none yet.
+    """
+
+    speed: float | None
+    yaw_rate: float
+    speed_age: float
+
+
+UNKNOWN = Motion(None, 0.0, math.inf)
+
+
+class Odometer:
+    """Odometry as it comes, and what it says at the time of a frame: by what was recorded until then, never later.
+
+    Parameters
+    ----------
+    speed : float, optional
+        Known speed, instead of that of the odometry, m/s.
+    max_age : float, optional
+        Beyond which the speed is unknown, s.
+
+    Examples
+    --------
+    >>> from ttc_fast.logs.motion import Odometer, Pose
+    >>> odometer = Odometer()
+    >>> odometer.update(1.0, Pose(0.0, 0.0, 0.0), speed=2.0, yaw_rate=0.1)
+    True
+    >>> odometer.at(1.25)
+    Motion(speed=2.0, yaw_rate=0.1, speed_age=0.25)
+    >>> odometer.at(0.9).speed is None
+    True
+    """
+
+    def __init__(self, speed: float | None = None, max_age: float | None = None) -> None:
+        self._speed = speed
+        self._max_age = MAX_AGE if max_age is None else max_age
+        self._before: tuple[float, Pose] | None = None
+        self._recent: deque[tuple[float, float, float]] = deque(maxlen=KEPT)
+
+    def update(self, stamp: float, pose: Pose, speed: float | None = None, yaw_rate: float = 0.0) -> bool:
+        """Take in odometry; without a speed, or where nobody filled it in, its poses tell.
+
+        A speed and a yaw rate of exactly zero while the pose changes were not filled in. Returns False, and takes in
+        nothing, if a number is not finite.
+        """
+        if not math.isfinite(sum(pose) + (speed or 0.0) + yaw_rate):
+            return False
+        before, self._before = self._before, (stamp, pose)
+        if (not speed and yaw_rate == 0.0) and before is not None and stamp > before[0]:
+            speed, yaw_rate = between(before[1], pose, stamp - before[0])
+        if speed is not None:
+            self._recent.append((stamp, speed, yaw_rate))
+        return True
+
+    def at(self, stamp: float) -> Motion:
+        """Return the latest motion that is not newer than the stamp."""
+        motion = UNKNOWN
+        for then, speed, yaw_rate in reversed(self._recent):
+            if then <= stamp:
+                age = stamp - then
+                motion = Motion(speed, yaw_rate, age) if age <= self._max_age else Motion(None, 0.0, age)
+                break
+        return motion if self._speed is None else Motion(self._speed, motion.yaw_rate, 0.0)
+
+
+def between(before: Pose, after: Pose, dt: float) -> tuple[float, float]:
+    """Return speed and yaw rate from one pose to the next, ``dt`` s later.
+
+    The speed is the way from one to the other over the time, and negative if it leads backwards. On an arc the way
+    points along the mean of both headings.
+
+    Examples
+    --------
+    >>> from ttc_fast.logs.motion import Pose, between
+    >>> between(Pose(0.0, 0.0, 0.0), Pose(-1.0, 0.0, 0.0), 0.5)
+    (-2.0, 0.0)
+    """
+    turn = math.remainder(after.yaw - before.yaw, 2.0 * math.pi)
+    heading = before.yaw + turn / 2.0
+    ahead = (after.x - before.x) * math.cos(heading) + (after.y - before.y) * math.sin(heading)
+    return ahead / dt, turn / dt

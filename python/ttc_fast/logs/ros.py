@@ -1,0 +1,231 @@
+"""Logs of ROS: the scans or clouds of a bag, with the motion that its odometry tells."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ttc_fast._core import NoDataError
+from ttc_fast.logs.clouds import CloudFrame, Lidar
+from ttc_fast.logs.log import LogError, Losses
+from ttc_fast.logs.motion import Odometer, Pose
+from ttc_fast.logs.recording import LIDAR, MOTION, SCANNER
+from ttc_fast.logs.scans import ScanFrame, Scanner
+from ttc_fast.pointcloud2 import from_pointcloud2
+from ttc_fast.ros_messages import (
+    LASER_SCAN,
+    ODOMETRY,
+    POINT_CLOUD,
+    LaserScan,
+    MessageError,
+    PointCloud2,
+    laser_scan,
+    odometry,
+    point_cloud,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from numpy.typing import NDArray
+
+    from ttc_fast.logs.container import Container, Topic
+    from ttc_fast.logs.recording import Recording
+
+NS = 1e-9
+STAMPED = "stamps of the messages"
+UNSTAMPED = "times of recording, as the messages have no stamps"
+VIEWS = {LASER_SCAN: laser_scan, POINT_CLOUD: point_cloud}
+
+
+def open_bag(bag: Container, recording: Recording) -> BagScans | BagClouds:
+    """Choose the topic of a bag, and open it as the log that its type makes it."""
+    topic = _chosen(bag, recording.topic, tuple(VIEWS), "topic")
+    if topic is None:
+        has = ", ".join(f"{topic.name} ({topic.type})" for topic in bag.topics) or "no topics that can be read"
+        raise LogError(bag.path, f"has no topic of {LASER_SCAN} or {POINT_CLOUD}; it has {has}")
+    source = _Source(bag, topic, _odometry(bag, recording), recording)
+    if topic.type == LASER_SCAN:
+        recording.only(("topic", *MOTION, *SCANNER), bag.path, f"a log of {LASER_SCAN}")
+        return BagScans(source, recording)
+    recording.only(("topic", *MOTION, *LIDAR), bag.path, f"a log of {POINT_CLOUD}")
+    return BagClouds(source, recording)
+
+
+class _Source:
+    """The messages of one topic, each with its stamp and the odometry until then."""
+
+    def __init__(self, bag: Container, topic: Topic, odometry_topic: Topic | None, recording: Recording) -> None:
+        self.bag = bag
+        self.topic = topic
+        self._odometry = odometry_topic
+        self._recording = recording
+        self._view: Callable[[Any, int, int], Any] = partial(VIEWS[topic.type], encoding=topic.encoding)
+        self.first, time = self._find_first()
+        self._from_header = self.first.stamp != 0
+        self._begin = self.first.stamp if self._from_header else time
+        self.clock = STAMPED if self._from_header else UNSTAMPED
+        self.motion = _motion(odometry_topic, recording)
+
+    def read(self, losses: Losses) -> Iterator[tuple[float, Any, Odometer]]:
+        """Read the stamp (s since the first), the message, and the odometry until then."""
+        name, begin, from_header, view = self.topic.name, self._begin, self._from_header, self._view
+        odometer = Odometer(self._recording.speed, self._recording.max_speed_age)
+        names = {name} if self._odometry is None else {name, self._odometry.name}
+        for source, time, buffer, start, end in self.bag.messages(names, losses):
+            try:
+                if source != name:
+                    self._update(odometer, time, buffer, start, end, losses)
+                    continue
+                message = view(buffer, start, end)
+            except MessageError as error:
+                losses.add(f"message on {source}, recorded {(time - begin) * NS:.3f} s after the first: {error}")
+                continue
+            yield ((message.stamp if from_header else time) - begin) * NS, message, odometer
+
+    def _update(self, odometer: Odometer, time: int, buffer: Any, start: int, end: int, losses: Losses) -> None:
+        assert self._odometry is not None
+        read = odometry(buffer, start, end, encoding=self._odometry.encoding)
+        stamp = ((read.stamp if self._from_header else time) - self._begin) * NS
+        if not odometer.update(stamp, Pose(read.x, read.y, read.yaw), read.speed, read.yaw_rate):
+            losses.add(f"odometry at {stamp:.3f} s is not finite")
+
+    def _find_first(self) -> tuple[Any, int]:
+        """Return the first message, and when it was recorded."""
+        losses = Losses(self.bag.path)
+        for _, time, buffer, start, end in self.bag.messages({self.topic.name}, losses):
+            try:
+                return self._view(buffer, start, end), time
+            except MessageError as error:
+                losses.add(f"message on {self.topic.name}: {error}")
+        losses.tell(0)
+        raise LogError(self.bag.path, f"has no messages on {self.topic.name}, which it lists; was anything recorded?")
+
+
+class BagScans:
+    """The scans of a bag.
+
+    Each scan has the motion of the latest odometry that was recorded before it and is not stamped later. Ranges are
+    views of the bag's own bytes, of whatever alignment; big-endian ones are copies.
+
+    Parameters
+    ----------
+    source : _Source
+        Of sensor_msgs/LaserScan.
+    recording : Recording
+        What the user says of it.
+
+    Raises
+    ------
+    LogError
+        While iterating, after the last frame, if something was damaged, or scans were unlike the first.
+    """
+
+    def __init__(self, source: _Source, recording: Recording) -> None:
+        self.path = source.bag.path
+        self.frame_count = source.topic.messages
+        self.clock = source.clock
+        self.motion = source.motion
+        self._source = source
+        first: LaserScan = source.first
+        scanner = Scanner(
+            angle_min=first.angle_min,
+            angle_increment=first.angle_increment,
+            beams=len(first.ranges),
+            range_min=first.range_min,
+            range_max=first.range_max,
+        )
+        self.scanner = recording.applied(scanner, SCANNER)
+
+    def __iter__(self) -> Iterator[ScanFrame]:
+        losses, frames = Losses(self.path), 0
+        settings, beams = self._source.first[1:5], self.scanner.beams
+        for stamp, scan, odometer in self._source.read(losses):
+            if scan[1:5] != settings or len(scan.ranges) != beams:
+                losses.add(
+                    f"the scan at {stamp:.3f} s has other beams or angles than the first, {len(scan.ranges)} beams"
+                )
+                continue
+            frames += 1
+            yield ScanFrame(stamp, scan.ranges, *odometer.at(stamp))
+        losses.tell(frames)
+
+
+class BagClouds:
+    """The clouds of a bag: records over the bag's own bytes, of whatever layout; big-endian ones are copies.
+
+    Parameters
+    ----------
+    source : _Source
+        Of sensor_msgs/PointCloud2.
+    recording : Recording
+        What the user says of it.
+
+    Raises
+    ------
+    LogError
+        While iterating, after the last frame, if something was damaged.
+    """
+
+    def __init__(self, source: _Source, recording: Recording) -> None:
+        self.path = source.bag.path
+        self.frame_count = source.topic.messages
+        self.clock = source.clock
+        self.motion = source.motion
+        self._source = source
+        self.lidar = recording.applied(Lidar(sensor_height=None), LIDAR)
+
+    def __iter__(self) -> Iterator[CloudFrame]:
+        losses, frames = Losses(self.path), 0
+        for stamp, message, odometer in self._source.read(losses):
+            try:
+                points = _points(message)
+            except ValueError as error:
+                losses.add(f"the cloud at {stamp:.3f} s: {error}")
+                continue
+            frames += 1
+            yield CloudFrame(stamp, points, *odometer.at(stamp))
+        losses.tell(frames)
+
+
+def _points(message: PointCloud2) -> NDArray[Any]:
+    """View the points of a message, those of an empty one too."""
+    swapped = message.is_bigendian
+    try:
+        points = from_pointcloud2(message._replace(is_bigendian=False))
+    except NoDataError:
+        return np.empty((0, 3), np.float32)
+    return points.byteswap() if swapped else points
+
+
+def _chosen(bag: Container, name: str | None, kinds: tuple[str, ...], option: str) -> Topic | None:
+    """Choose the one topic of these types, or the named one; None if there is none."""
+    found = [topic for topic in bag.topics if topic.type in kinds]
+    if name is not None:
+        named = [topic for topic in found if topic.name.strip("/") == name.strip("/")]
+        if not named:
+            has = ", ".join(topic.name for topic in found) or "none"
+            of = " or ".join(kinds)
+            raise LogError(bag.path, f"has no topic {name} of {of}; it has {has}: choose with {option}=")
+        return named[0]
+    if len(found) > 1:
+        has = ", ".join(f"{topic.name} ({topic.type})" for topic in found)
+        raise LogError(bag.path, f"has several topics to choose from, {has}; choose one with {option}=")
+    return found[0] if found else None
+
+
+def _odometry(bag: Container, recording: Recording) -> Topic | None:
+    """Choose the odometry. Which of several it is matters only while the speed is not given."""
+    if recording.speed is not None and recording.odometry_topic is None:
+        found = [topic for topic in bag.topics if topic.type == ODOMETRY]
+        return found[0] if len(found) == 1 else None
+    return _chosen(bag, recording.odometry_topic, (ODOMETRY,), "odometry_topic")
+
+
+def _motion(odometry_topic: Topic | None, recording: Recording) -> str:
+    """Say where the speed comes from, for people."""
+    if recording.speed is not None:
+        return "speed as given"
+    return "no odometry: the speed is unknown" if odometry_topic is None else f"odometry of {odometry_topic.name}"

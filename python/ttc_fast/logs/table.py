@@ -1,0 +1,92 @@
+"""Tables of distances (.csv): a column of stamps and a column of distances."""
+
+from __future__ import annotations
+
+import csv
+import math
+from typing import TYPE_CHECKING
+
+from ttc_fast.logs.distances import DistanceFrame
+from ttc_fast.logs.log import LogError, Losses
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from ttc_fast.logs.recording import Recording
+
+OPTIONS = ("column", "stamp_column", "rate", "speed")
+DAMAGED = (csv.Error, UnicodeDecodeError)
+
+
+class DistanceTable:
+    """A table of distances, one a line, with a line of names above.
+
+    The columns ``stamp`` (s) and ``distance`` (m), or those that the user names. An empty distance is NaN: nothing was
+    measured then.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file.
+    recording : Recording
+        What the user says of it.
+
+    Raises
+    ------
+    LogError
+        If it cannot be read or lacks a column. While iterating, after the last frame, if lines were no numbers.
+    """
+
+    frame_count = None
+
+    def __init__(self, path: Path, recording: Recording) -> None:
+        recording.only(OPTIONS, path, "a table of distances")
+        self.path = path
+        self.column = recording.column or "distance"
+        self._stamp_column = None if recording.rate else recording.stamp_column or "stamp"
+        self._rate = recording.rate
+        self._speed = recording.speed
+        self.clock = f"column {self._stamp_column}" if self._stamp_column else f"{recording.rate:g} frames a second"
+        header = next(self._lines(Losses(path)), (0, []))[1]
+        fixes = {self.column: "column=", self._stamp_column: "stamp_column=, or say the rate="}
+        for name, fix in fixes.items():
+            if name is not None and name not in header:
+                has = ", ".join(header[:20]) or "no names"
+                raise LogError(path, f"has no column {name!r}; its first line has {has}: choose with {fix}")
+        self._columns = [header.index(name) for name in fixes if name is not None]
+
+    def __iter__(self) -> Iterator[DistanceFrame]:
+        losses, frames, before = Losses(self.path), 0, -math.inf
+        lines = self._lines(losses)
+        next(lines, None)
+        for number, words in lines:
+            try:
+                distance, *stamps = (_number(words[column]) for column in self._columns)
+            except (ValueError, IndexError) as error:
+                losses.add(f"line {number}: {error}")
+                continue
+            stamp = stamps[0] if stamps else frames / (self._rate or 1.0)
+            if not before < stamp < math.inf:
+                losses.add(f"line {number}: stamps must increase, got {stamp} after {before}")
+                continue
+            before = stamp
+            frames += 1
+            yield DistanceFrame(stamp, distance, self._speed)
+        losses.tell(frames)
+
+    def _lines(self, losses: Losses) -> Iterator[tuple[int, list[str]]]:
+        number = 0
+        try:
+            with self.path.open(encoding="utf-8-sig", newline="") as file:
+                for number, words in enumerate(csv.reader(file), 1):
+                    if words:
+                        yield number, [word.strip() for word in words]
+        except DAMAGED as error:
+            losses.add(f"damaged after line {number}: {error}; what follows is lost")
+        except OSError as error:
+            raise LogError(self.path, f"cannot be read: {error.strerror or error}") from error
+
+
+def _number(word: str) -> float:
+    return float(word) if word else math.nan

@@ -1,0 +1,279 @@
+"""LaserScan, Odometry and PointCloud2 as views over serialised messages: of ROS 1, and CDR of ROS 2 and DDS.
+
+Nothing is copied but a few numbers: ``ranges`` and ``data`` lie in the buffer of the message, wherever they begin
+there. Every length is checked against the end of the message before it is used.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+LASER_SCAN = "sensor_msgs/LaserScan"
+ODOMETRY = "nav_msgs/Odometry"
+POINT_CLOUD = "sensor_msgs/PointCloud2"
+
+
+class MessageError(ValueError):
+    """A message that is not what its type says: cut short, or of another layout."""
+
+
+class LaserScan(NamedTuple):
+    """What ``ScanTTC`` needs of a sensor_msgs/LaserScan; ``ScanTTC.from_message`` takes it. The fields are those there.
+
+    Attributes
+    ----------
+    stamp : int
+        Of the header, ns; 0 where the sender set none.
+    ranges : ndarray, float32, shape (beams,)
+        m; a view, of any alignment. A copy if the message is big-endian.
+    """
+
+    stamp: int
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    ranges: NDArray[np.float32]
+
+
+class Odometry(NamedTuple):
+    """What a vehicle on the ground needs of a nav_msgs/Odometry.
+
+    Attributes
+    ----------
+    stamp : int
+        Of the header, ns; 0 where the sender set none.
+    x, y, yaw : float
+        Of the pose, m and rad.
+    speed, lateral_speed, yaw_rate : float
+        Of the twist, in the frame of the vehicle: forward, to the left (m/s), counter-clockwise (rad/s).
+    """
+
+    stamp: int
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    lateral_speed: float
+    yaw_rate: float
+
+
+@dataclass(frozen=True)
+class PointField:
+    """sensor_msgs/PointField."""
+
+    name: str
+    offset: int
+    datatype: int
+    count: int
+
+
+class PointCloud2(NamedTuple):
+    """sensor_msgs/PointCloud2, as ``from_pointcloud2`` takes it; ``stamp`` (ns) instead of the header."""
+
+    stamp: int
+    height: int
+    width: int
+    fields: tuple[PointField, ...]
+    is_bigendian: bool
+    point_step: int
+    row_step: int
+    data: memoryview
+
+
+class Encoding:
+    """How numbers lie in a message: their order of bytes, and what they are aligned to.
+
+    ``ROS1`` and ``CDR`` are the two to choose from. CDR says in its first bytes which order it has.
+    """
+
+    def __init__(self, order: str, stamp: str, *, widest: int) -> None:
+        self.native = order == "<"
+        self.widest = widest  # what a float64 is aligned to, bytes; 1 aligns nothing
+        self.align = widest > 1
+        # The first four bytes are the sequence number in ROS 1, and the kind of encoding in CDR.
+        self.header = struct.Struct(f"{order}4x{stamp}")
+        self.count = struct.Struct(f"{order}I")
+        self.scan = struct.Struct(f"{order}7fI")
+        self.odometry = struct.Struct(f"{order}7d288x6d")  # the covariance of the pose lies between
+        self.size = struct.Struct(f"{order}3I")
+        self.field = struct.Struct(f"{order}IB")
+        self.steps = struct.Struct(f"{order}3I")
+        self.ranges = np.dtype(f"{order}f4")
+
+    def of(self, buffer: Any, start: int, end: int) -> Encoding:
+        """Return the encoding of one message."""
+        return self
+
+
+class _AnyCdr(Encoding):
+    """CDR, which says at the start of each message of what order it is."""
+
+    def of(self, buffer: Any, start: int, end: int) -> Encoding:
+        if end - start < 4:
+            raise MessageError(f"has {end - start} bytes, and CDR starts with 4 that say its kind: cut short")
+        kind = (buffer[start] << 8) | buffer[start + 1]
+        found = _CDR_KINDS.get(kind)
+        if found is None:
+            raise MessageError(f"starts with {bytes(buffer[start : start + 4]).hex()}, which is no plain CDR")
+        return found
+
+
+_CDR_KINDS = {
+    0x0000: Encoding(">", "iII", widest=8),
+    0x0001: Encoding("<", "iII", widest=8),
+    0x0006: Encoding(">", "iII", widest=4),  # XCDR2, which aligns nothing to more than 4 bytes
+    0x0007: Encoding("<", "iII", widest=4),
+}
+ROS1 = Encoding("<", "III", widest=1)
+"""As in ROS 1 bags and on its wire: little-endian, nothing aligned."""
+CDR = _AnyCdr("<", "iII", widest=8)
+"""As in ROS 2 bags and in DDS: either order of bytes, XCDR1 or plain XCDR2."""
+
+
+def laser_scan(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> LaserScan:
+    """View a serialised sensor_msgs/LaserScan.
+
+    Parameters
+    ----------
+    buffer : bytes or any contiguous buffer of bytes
+        That the message lies in.
+    start, end : int
+        From and to which byte; by default all of it.
+    encoding : Encoding
+        ``ROS1`` or ``CDR``.
+
+    Returns
+    -------
+    LaserScan
+
+    Raises
+    ------
+    MessageError
+        If it is cut short or is something else.
+
+    Examples
+    --------
+    >>> import struct
+    >>> from ttc_fast.ros_messages import laser_scan
+    >>> stamp, frame = struct.pack("<4BiI", 0, 1, 0, 0, 12, 500_000_000), struct.pack("<I6s2x", 6, b"laser")
+    >>> message = stamp + frame + struct.pack("<7fI2f", -1.5, 1.5, 3.0, 0, 0, 0.5, 30, 2, 7.0, 8.0)
+    >>> scan = laser_scan(message)
+    >>> scan.stamp, scan.angle_min, scan.ranges
+    (12500000000, -1.5, array([7., 8.], dtype=float32))
+    """
+    if end is None:
+        end = len(buffer)
+    encoding = encoding.of(buffer, start, end)
+    stamp, at = _header(buffer, start, end, encoding)
+    if at + 32 > end:
+        raise _short("LaserScan", at + 32 - start, end - start)
+    angle_min, _, increment, _, _, range_min, range_max, beams = encoding.scan.unpack_from(buffer, at)
+    at += 32
+    if beams * 4 > end - at:
+        raise MessageError(f"is cut short: {beams} ranges need {beams * 4} bytes, {end - at} are left")
+    ranges = np.frombuffer(buffer, encoding.ranges, beams, at)
+    if not encoding.native:
+        ranges = ranges.astype(np.float32)
+    return LaserScan(stamp, angle_min, increment, range_min, range_max, ranges)
+
+
+def odometry(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> Odometry:
+    """Read a serialised nav_msgs/Odometry; arguments and errors as in ``laser_scan``."""
+    if end is None:
+        end = len(buffer)
+    encoding = encoding.of(buffer, start, end)
+    stamp, at = _header(buffer, start, end, encoding)
+    _, at = _string(buffer, at, start, end, encoding)
+    if encoding.align:
+        at += (start + 4 - at) % encoding.widest
+    if at + encoding.odometry.size > end:
+        raise _short("Odometry", at + encoding.odometry.size - start, end - start)
+    x, y, _, qx, qy, qz, qw, speed, lateral, _, _, _, yaw_rate = encoding.odometry.unpack_from(buffer, at)
+    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    return Odometry(stamp, x, y, yaw, speed, lateral, yaw_rate)
+
+
+def point_cloud(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> PointCloud2:
+    """View a serialised sensor_msgs/PointCloud2, for ``from_pointcloud2``; all else as in ``laser_scan``."""
+    if end is None:
+        end = len(buffer)
+    encoding = encoding.of(buffer, start, end)
+    stamp, at = _header(buffer, start, end, encoding)
+    if at + 12 > end:
+        raise _short("PointCloud2", at + 12 - start, end - start)
+    height, width, count = encoding.size.unpack_from(buffer, at)
+    at += 12
+    fields = []
+    for _ in range(count):
+        field, at = _field(buffer, at, start, end, encoding)
+        fields.append(field)
+    if at + 1 > end:
+        raise _short("PointCloud2", at + 1 - start, end - start)
+    is_bigendian = bool(buffer[at])
+    at = _aligned(at + 1, start, encoding)
+    if at + 12 > end:
+        raise _short("PointCloud2", at + 12 - start, end - start)
+    point_step, row_step, size = encoding.steps.unpack_from(buffer, at)
+    at += 12
+    if size > end - at:
+        raise MessageError(f"is cut short: data of {size} bytes, {end - at} are left")
+    data = memoryview(buffer)[at : at + size]
+    return PointCloud2(stamp, height, width, tuple(fields), is_bigendian, point_step, row_step, data)
+
+
+def _field(buffer: Any, at: int, start: int, end: int, encoding: Encoding) -> tuple[PointField, int]:
+    name, at = _string(buffer, at, start, end, encoding)
+    at = _aligned(at, start, encoding)
+    if at + 5 > end:
+        raise _short(f"a PointField {name!r}", at + 5 - start, end - start)
+    offset, datatype = encoding.field.unpack_from(buffer, at)
+    count, at = _count(buffer, at + 5, start, end, encoding)
+    return PointField(name, offset, datatype, count), at
+
+
+def _header(buffer: Any, start: int, end: int, encoding: Encoding) -> tuple[int, int]:
+    """Read a std_msgs/Header: its stamp, and where what follows begins; the name of the frame is passed over."""
+    at = start + 16
+    if at > end:
+        raise _short("a header", 16, end - start)
+    seconds, nanoseconds, length = encoding.header.unpack_from(buffer, start)
+    at += length
+    if at > end:
+        raise MessageError(f"is cut short: the name of its frame has {length} bytes, {end - start - 16} are left")
+    if encoding.align:
+        at += (start - at) % 4
+    return seconds * 1_000_000_000 + nanoseconds, at
+
+
+def _string(buffer: Any, at: int, start: int, end: int, encoding: Encoding) -> tuple[str, int]:
+    length, at = _count(buffer, at, start, end, encoding)
+    if length > end - at:
+        raise MessageError(f"is cut short: a name has {length} bytes, {end - at} are left")
+    text = bytes(buffer[at : at + length]).removesuffix(b"\0")  # CDR counts the zero at its end
+    return text.decode("utf-8", "replace"), at + length
+
+
+def _count(buffer: Any, at: int, start: int, end: int, encoding: Encoding) -> tuple[int, int]:
+    at = _aligned(at, start, encoding)
+    if at + 4 > end:
+        raise _short("a length", at + 4 - start, end - start)
+    (count,) = encoding.count.unpack_from(buffer, at)
+    return count, at + 4
+
+
+def _short(what: str, needed: int, size: int) -> MessageError:
+    return MessageError(f"is cut short: {what} needs {needed} bytes from the start of the message, which has {size}")
+
+
+def _aligned(at: int, start: int, encoding: Encoding) -> int:
+    """Return where a number of 4 bytes begins. CDR counts from behind its first 4 bytes, which comes to the same."""
+    return at + (start - at) % 4 if encoding.align else at
