@@ -11,7 +11,6 @@ from ttc_fast.logs.bag_folder import BagFolder, is_bag_folder
 from ttc_fast.logs.carmen import CarmenLog
 from ttc_fast.logs.cloud_files import CloudFiles
 from ttc_fast.logs.clouds import CloudFrame, CloudLog, Lidar, forward_left_up
-from ttc_fast.logs.container import MissingPackageError
 from ttc_fast.logs.db3 import Database
 from ttc_fast.logs.distances import DistanceFrame, DistanceLog
 from ttc_fast.logs.kitti import KITTI
@@ -100,8 +99,6 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
         if not path.exists():
             raise LogError(path, "cannot be opened: no such file or folder")
         return _open_folder(path, recording) if path.is_dir() else _open_file(path, recording)
-    except MissingPackageError as error:
-        raise LogError(path, str(error)) from error
     except OSError as error:
         raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
 

@@ -153,7 +153,7 @@ class Bag:
         if kind == "bz2":
             unpacker = bz2.BZ2Decompressor()
         elif kind == "lz4":
-            unpacker = need("lz4.frame").LZ4FrameDecompressor()
+            unpacker = need("lz4.frame", self.path).LZ4FrameDecompressor()
         else:
             raise DamageError(f"unknown compression {kind!r}")
         try:

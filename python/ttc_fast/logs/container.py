@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from ttc_fast.logs.log import LogError
+
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
     from pathlib import Path
@@ -60,12 +62,8 @@ class Container(Protocol):
         """Read the messages of these topics, and note what is damaged."""
 
 
-class MissingPackageError(Exception):
-    """A package of the extra is not installed."""
-
-
-def need(package: str) -> ModuleType:
-    """Import a package of the extra ``log``."""
+def need(package: str, path: Path) -> ModuleType:
+    """Import a package of the extra ``log``, without which this log cannot be read."""
     from importlib import import_module
 
     try:
@@ -73,7 +71,7 @@ def need(package: str) -> ModuleType:
     except ImportError as error:
         name = package.partition(".")[0]
         how = "pip install 'ttc-fast[log]', in a checkout: pip install '.[log]'"
-        raise MissingPackageError(f"needs {name} to be read, which is not installed: {how}") from error
+        raise LogError(path, f"needs {name} to be read, which is not installed: {how}") from error
 
 
 def plain_type(name: str) -> str:

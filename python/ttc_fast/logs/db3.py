@@ -74,7 +74,7 @@ class Database:
 
 
 def _unpacked(data: bytes, row: int, losses: Losses) -> bytes:
-    zstandard = need("zstandard")
+    zstandard = need("zstandard", losses.path)
     try:
         unpacked: bytes = zstandard.ZstdDecompressor().decompressobj().decompress(data)
     except (zstandard.ZstdError, MemoryError) as error:

@@ -37,10 +37,10 @@ class McapFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._package = need("mcap.stream_reader")
-        self._reader = need("mcap.reader")
-        self._records = need("mcap.records")
-        self._damaged = (*DAMAGED, need("mcap.exceptions").McapError, need("zstandard").ZstdError)
+        self._package = need("mcap.stream_reader", path)
+        self._reader = need("mcap.reader", path)
+        self._records = need("mcap.records", path)
+        self._damaged = (*DAMAGED, need("mcap.exceptions", path).McapError, need("zstandard", path).ZstdError)
         self._channels: dict[int, Topic] = {}
         try:
             with path.open("rb") as file:

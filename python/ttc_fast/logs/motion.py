@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 MAX_AGE = 0.5
 """s; older odometry says nothing about the speed now, unless the user says otherwise."""
+SPAN = 0.2
+"""s; poses are compared over this at least, where there are any so old: stamps jitter by some ms."""
 KEPT = 256  # entries: those within the delay of a frame, from a sensor until it is recorded
 
 
@@ -65,7 +67,7 @@ class Odometer:
     def __init__(self, speed: float | None = None, max_age: float | None = None) -> None:
         self._speed = speed
         self._max_age = MAX_AGE if max_age is None else max_age
-        self._before: tuple[float, Pose] | None = None
+        self._poses: deque[tuple[float, Pose]] = deque()
         self._recent: deque[tuple[float, float, float]] = deque(maxlen=KEPT)
 
     def update(self, stamp: float, pose: Pose, speed: float | None = None, yaw_rate: float = 0.0) -> bool:
@@ -76,12 +78,22 @@ class Odometer:
         """
         if not math.isfinite(sum(pose) + (speed or 0.0) + yaw_rate):
             return False
-        before, self._before = self._before, (stamp, pose)
-        if (not speed and yaw_rate == 0.0) and before is not None and stamp > before[0]:
+        before = self._pose_before(stamp)
+        if not speed and yaw_rate == 0.0 and before is not None:
             speed, yaw_rate = between(before[1], pose, stamp - before[0])
+        self._poses.append((stamp, pose))
         if speed is not None:
             self._recent.append((stamp, speed, yaw_rate))
         return True
+
+    def _pose_before(self, stamp: float) -> tuple[float, Pose] | None:
+        """Return the latest pose that is old enough, or the oldest; and forget those before it."""
+        poses = self._poses
+        if poses and not poses[-1][0] < stamp:  # the clock was set back, or nothing has passed
+            poses.clear()
+        while len(poses) > 1 and poses[1][0] <= stamp - SPAN:
+            poses.popleft()
+        return poses[0] if poses else None
 
     def at(self, stamp: float) -> Motion:
         """Return the latest motion that is not newer than the stamp."""

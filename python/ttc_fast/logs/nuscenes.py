@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-# Of the car of nuScenes: where LIDAR_TOP sits is from its calibration, in which y of the sensor is forward.
-LIDAR = Lidar(sensor_height=1.84, axes=("y", "-x", "z"))
+# Of the car of nuScenes: how high LIDAR_TOP sits is from its calibration, in which y of the sensor is forward; roof and
+# bonnet are seen up to 2 m ahead.
+LIDAR = Lidar(sensor_height=1.84, own_reach=2.2, axes=("y", "-x", "z"))
 
 
 def read_points(frame: Path) -> NDArray[np.float32]:

@@ -29,7 +29,7 @@ INTENSITIES = ("u1", "u2", "f4", "f8")
 def read_points(frame: Path) -> NDArray[Any]:
     """Read one cloud: records with fields x, y and z, and intensity if there is one that a gate can take."""
     content = read_content(frame)
-    cloud = need("pypcd4").PointCloud
+    cloud = need("pypcd4", frame).PointCloud
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # NumPy only warns of text that ends early
