@@ -116,10 +116,10 @@ def serialised(item: Recorded, wire: str) -> bytes:
     return bytes(store.serialize_cdr(message, item.type, little_endian=wire == "little"))
 
 
-def write(folder: Path, kind: str, items: Iterable[Recorded], *, wire: str = "little") -> Path:
-    """Write a bag of that kind into the folder."""
+def write(folder: Path, kind: str, items: Iterable[Recorded], *, wire: str = "little", chunk: int = 4096) -> Path:
+    """Write a bag of that kind into the folder; one of ROS 1 in chunks of so many bytes."""
     if kind.startswith("bag"):
-        return _write_bag(folder / "log.bag", kind.removeprefix("bag").removeprefix("."), items)
+        return _write_bag(folder / "log.bag", kind.removeprefix("bag").removeprefix("."), items, chunk)
     plugin = StoragePlugin.SQLITE3 if kind.startswith("db3") else StoragePlugin.MCAP
     writer = Bag2Writer(folder / "log", version=9, storage_plugin=plugin)
     if kind.endswith("zstd"):
@@ -135,11 +135,11 @@ def write(folder: Path, kind: str, items: Iterable[Recorded], *, wire: str = "li
     return folder / "log" / f"log.{kind.partition('.')[0]}"
 
 
-def _write_bag(path: Path, compression: str, items: Iterable[Recorded]) -> Path:
+def _write_bag(path: Path, compression: str, items: Iterable[Recorded], chunk: int) -> Path:
     writer = BagWriter(path)
     if compression:
         writer.set_compression(writer.CompressionFormat[compression.upper()])
-    writer.chunk_threshold = 4096  # several chunks in a small bag
+    writer.chunk_threshold = chunk
     with writer:
         topics: dict[str, Any] = {}
         for item in items:

@@ -158,9 +158,24 @@ def test_without_stamps_the_times_of_recording_hold(kind: str, tmp_path: Path) -
     assert motions(list(log)) == [(1.0, 0.0, 0.125), (1.0, 0.0, 0.25)]
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_frames_come_in_the_order_in_which_they_were_recorded(kind: str, tmp_path: Path) -> None:
+    log = open_scans(write(tmp_path, kind, [Scan(0.0, 0.0), Scan(0.2, 0.2), Scan(0.1, 0.1)]))
+    assert [frame.stamp for frame in log] == pytest.approx([0.0, 0.2, 0.1])
+
+
 def test_stamps_are_told_as_they_are_even_backwards(tmp_path: Path) -> None:
     read = frames(tmp_path, [Scan(1.0, 1.0), Scan(0.5, 1.1), Scan(1.2, 1.2)])
     assert [frame.stamp for frame in read] == pytest.approx([0.0, -0.5, 0.2])
+
+
+def test_a_bag_that_was_not_written_in_order_is_told(tmp_path: Path) -> None:
+    odometry: list[Recorded] = [Odom(i / 10, i / 10, speed=1.0) for i in range(100)]
+    read = iter(open_scans(write(tmp_path, "bag", [*odometry, *(Scan(i / 10, i / 10) for i in range(100))])))
+    stamps = [next(read).stamp for _ in range(100)]
+    assert stamps == pytest.approx([i / 10 for i in range(100)])
+    with pytest.raises(LogError, match=r"not in the order of time, .*recorded 9\.9 s before .*; rosbags-convert --src"):
+        next(read)
 
 
 # Topics
@@ -361,6 +376,8 @@ def test_a_bag_that_nobody_closed_is_read_all_the_same(tmp_path: Path) -> None:
     at = content.index(b"index_pos=") + len(b"index_pos=")
     index = int.from_bytes(content[at : at + 8], "little")
     content[at : at + 8] = bytes(8)
+    path.unlink()
+    path = tmp_path / "log.bag.active"
     path.write_bytes(content[:index])
     log = open_scans(path)
     assert log.frame_count is None

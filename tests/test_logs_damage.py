@@ -96,6 +96,17 @@ def test_damage_in_one_chunk_loses_no_other(
     assert "at byte" in said
 
 
+@pytest.mark.parametrize("kind", ["bag", "bag.bz2", "bag.lz4"])
+def test_a_chunk_of_a_bag_that_is_cut_gives_the_messages_before_the_cut(kind: str, tmp_path: Path) -> None:
+    path = write(tmp_path, kind, drive(200, BEAMS), chunk=10**9)
+    content = path.read_bytes()
+    assert content.count(b"compression=") == 1
+    path.write_bytes(content[: len(content) // 2])
+    frames, said = read(path)
+    assert 10 < len(frames) < 110
+    assert "bytes are missing" in said or "are left" in said
+
+
 def test_damage_between_the_chunks_of_a_bag_loses_one_at_most(tmp_path: Path, whole: Callable[[str], Path]) -> None:
     content = bytearray(whole("bag").read_bytes())
     second = content.index(b"compression=", content.index(b"compression=") + 1)

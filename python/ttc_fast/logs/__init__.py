@@ -136,7 +136,7 @@ def _open_archive(path: Path, recording: Recording) -> AnyLog:
 
 FILES: dict[tuple[str, ...], Callable[[Path, Recording], AnyLog]] = {
     (".npz",): _open_archive,
-    (".bag",): lambda path, recording: open_bag(Bag(path), recording),
+    (".bag", ".bag.active"): lambda path, recording: open_bag(Bag(path), recording),
     (".db3",): lambda path, recording: open_bag(Database(path), recording),
     (".mcap",): lambda path, recording: open_bag(McapFile(path), recording),
     (".log", ".log.gz", ".clf", ".clf.gz"): CarmenLog,

@@ -28,6 +28,7 @@ from ttc_fast.ros_messages import (
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 NS = 1e-9
 STAMPED = "stamps of the messages"
 UNSTAMPED = "times of recording, as the messages have no stamps"
+OUT_OF_ORDER = 1_000_000_000
+"""ns; recorders that write in several threads are out of order by far less."""
 VIEWS = {LASER_SCAN: laser_scan, POINT_CLOUD: point_cloud}
 
 
@@ -74,7 +77,13 @@ class _Source:
         name, begin, from_header, view = self.topic.name, self._begin, self._from_header, self._view
         odometer = Odometer(self._recording.speed, self._recording.max_speed_age)
         names = {name} if self._odometry is None else {name, self._odometry.name}
+        latest, ordered = 0, True
         for source, time, buffer, start, end in self.bag.messages(names, losses):
+            if time > latest:
+                latest = time
+            elif ordered and latest - time > OUT_OF_ORDER:
+                ordered = False  # told once
+                losses.add(_unordered(source, (latest - time) * NS, self.bag.path))
             try:
                 if source != name:
                     self._update(odometer, time, buffer, start, end, losses)
@@ -188,6 +197,12 @@ class BagClouds:
             frames += 1
             yield CloudFrame(stamp, points, *odometer.at(stamp))
         losses.tell(frames)
+
+
+def _unordered(topic: str, seconds: float, path: Path) -> str:
+    fix = f"rosbags-convert --src {path.name} --dst sorted, of the package rosbags, puts it in order"
+    back = f"a message on {topic} was recorded {seconds:.1f} s before one that it follows"
+    return f"it is not in the order of time, and the odometry that belongs to a frame may be missed: {back}; {fix}"
 
 
 def _points(message: PointCloud2) -> NDArray[Any]:
