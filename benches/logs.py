@@ -125,7 +125,7 @@ def read_ttc(path: Path) -> float:
     log = open_log(path)
     assert isinstance(log, ScanLog)
     nearest = ScanTTC(**vars(log.scanner)).nearest
-    return min(nearest(frame.ranges, frame.speed or 0.0, frame.yaw_rate).ttc for frame in log)
+    return float(min(nearest(frame.ranges, frame.speed or 0.0, frame.yaw_rate).ttc for frame in log))
 
 
 def rosbags_ttc(path: Path) -> float:

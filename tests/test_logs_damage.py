@@ -101,9 +101,9 @@ def test_a_chunk_of_a_bag_that_is_cut_gives_the_messages_before_the_cut(kind: st
     path = write(tmp_path, kind, drive(200, BEAMS), chunk=10**9)
     content = path.read_bytes()
     assert content.count(b"compression=") == 1
-    path.write_bytes(content[: len(content) // 2])
+    path.write_bytes(content[: len(content) * 7 // 10])
     frames, said = read(path)
-    assert 10 < len(frames) < 110
+    assert 10 < len(frames) < 150
     assert "bytes are missing" in said or "are left" in said
 
 

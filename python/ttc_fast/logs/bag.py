@@ -12,8 +12,8 @@ import bz2
 import struct
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
-from ttc_fast.logs.container import Topic, need, plain_type
-from ttc_fast.logs.log import LogError, Losses
+from ttc_fast.logs.container import Topic, need, opened, plain_type
+from ttc_fast.logs.log import Losses
 from ttc_fast.ros_messages import ROS1
 
 if TYPE_CHECKING:
@@ -72,15 +72,9 @@ class Bag:
         self._chunks: list[int] = []  # where they begin, if the index is sound
         self._counts: dict[int, int] = {}
         self._connections: dict[int, tuple[str, str]] = {}
-        try:
-            with path.open("rb") as file:
-                start = file.read(len(MAGIC))
-                if start != MAGIC:
-                    raise LogError(path, f"is no ROS 1 bag: it must begin with {MAGIC!r}, got {start!r}")
-                self._size = path.stat().st_size
-                self._read_index(file)
-        except OSError as error:
-            raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
+        self._size = path.stat().st_size
+        with opened(path, MAGIC, "ROS 1 bag") as file:
+            self._read_index(file)
         if not self._connections:
             # Without an index the bag itself tells: once through all of it. What is lost is told when it is read.
             for _ in self.messages((), Losses(path)):

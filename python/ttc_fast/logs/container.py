@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, Protocol
 
 from ttc_fast.logs.log import LogError
 
@@ -60,6 +61,19 @@ class Container(Protocol):
 
     def messages(self, names: Collection[str], losses: Losses) -> Iterator[Message]:
         """Read the messages of these topics, and note what is damaged."""
+
+
+@contextmanager
+def opened(path: Path, magic: bytes, kind: str) -> Iterator[BinaryIO]:
+    """Open a file that must begin as its kind does."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(len(magic))
+            if start != magic:
+                raise LogError(path, f"is no {kind}: it must begin with {magic!r}, got {start!r}")
+            yield file
+    except OSError as error:
+        raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
 
 
 def need(package: str, path: Path) -> ModuleType:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.logs.container import Topic, need, plain_type
-from ttc_fast.logs.log import LogError, Losses
+from ttc_fast.logs.container import Topic, need, opened, plain_type
+from ttc_fast.logs.log import Losses
 from ttc_fast.ros_messages import CDR, ROS1
 
 if TYPE_CHECKING:
@@ -42,15 +42,9 @@ class McapFile:
         self._records = need("mcap.records", path)
         self._damaged = (*DAMAGED, need("mcap.exceptions", path).McapError, need("zstandard", path).ZstdError)
         self._channels: dict[int, Topic] = {}
-        try:
-            with path.open("rb") as file:
-                start = file.read(len(MAGIC))
-                if start != MAGIC:
-                    raise LogError(path, f"is no MCAP file: it must begin with {MAGIC!r}, got {start!r}")
-                self._size = path.stat().st_size
-                self._read_summary(file)
-        except OSError as error:
-            raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
+        self._size = path.stat().st_size
+        with opened(path, MAGIC, "MCAP file") as file:
+            self._read_summary(file)
         if not self._channels:
             # Without a summary the file itself tells: once through all of it. What is lost is told when it is read.
             for _ in self.messages((), Losses(path)):

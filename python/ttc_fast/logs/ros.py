@@ -113,7 +113,18 @@ class _Source:
         raise LogError(self.bag.path, f"has no messages on {self.topic.name}, which it lists; was anything recorded?")
 
 
-class BagScans:
+class _BagLog:
+    """What scans and clouds of a bag have in common."""
+
+    def __init__(self, source: _Source) -> None:
+        self.path = source.bag.path
+        self.frame_count = source.topic.messages
+        self.clock = source.clock
+        self.motion = source.motion
+        self._source = source
+
+
+class BagScans(_BagLog):
     """The scans of a bag.
 
     Each scan has the motion of the latest odometry that was recorded before it and is not stamped later. Ranges are
@@ -133,11 +144,7 @@ class BagScans:
     """
 
     def __init__(self, source: _Source, recording: Recording) -> None:
-        self.path = source.bag.path
-        self.frame_count = source.topic.messages
-        self.clock = source.clock
-        self.motion = source.motion
-        self._source = source
+        super().__init__(source)
         first: LaserScan = source.first
         scanner = Scanner(
             angle_min=first.angle_min,
@@ -162,7 +169,7 @@ class BagScans:
         losses.tell(frames)
 
 
-class BagClouds:
+class BagClouds(_BagLog):
     """The clouds of a bag: records over the bag's own bytes, of whatever layout; big-endian ones are copies.
 
     Parameters
@@ -179,11 +186,7 @@ class BagClouds:
     """
 
     def __init__(self, source: _Source, recording: Recording) -> None:
-        self.path = source.bag.path
-        self.frame_count = source.topic.messages
-        self.clock = source.clock
-        self.motion = source.motion
-        self._source = source
+        super().__init__(source)
         self.lidar = recording.applied(Lidar(sensor_height=None), LIDAR)
 
     def __iter__(self) -> Iterator[CloudFrame]:
