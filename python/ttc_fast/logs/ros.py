@@ -66,9 +66,9 @@ class _Source:
         self._odometry = odometry_topic
         self._recording = recording
         self._view: Callable[[Any, int, int], Any] = partial(VIEWS[topic.type], encoding=topic.encoding)
-        self.first, time = self._find_first()
+        self.first, self._recorded = self._find_first()
         self._from_header = self.first.stamp != 0
-        self._begin = self.first.stamp if self._from_header else time
+        self._begin = self.first.stamp if self._from_header else self._recorded
         self.clock = STAMPED if self._from_header else UNSTAMPED
         self.motion = _motion(odometry_topic, recording)
 
@@ -90,7 +90,9 @@ class _Source:
                     continue
                 message = view(buffer, start, end)
             except MessageError as error:
-                losses.add(f"message on {source}, recorded {(time - begin) * NS:.3f} s after the first: {error}")
+                losses.add(
+                    f"message on {source}, recorded {(time - self._recorded) * NS:.3f} s after the first: {error}"
+                )
                 continue
             yield ((message.stamp if from_header else time) - begin) * NS, message, odometer
 
