@@ -9,6 +9,8 @@ from typing import Any
 
 from ttc_fast._core import (
     SIMD_LEVEL,
+    Alignment,
+    CloudTracker,
     CloudTTC,
     Cluster,
     Counts,
@@ -28,6 +30,7 @@ from ttc_fast._core import (
     RoadFit,
     ScanTTC,
     Supported,
+    TrackedTTC,
     fit_road,
     ittc,
     robust_min_x,
@@ -40,7 +43,9 @@ from ttc_fast.status import Detection, RoadStatus, Status
 
 __all__ = [
     "SIMD_LEVEL",
+    "Alignment",
     "CloudTTC",
+    "CloudTracker",
     "Cluster",
     "Counts",
     "CountsBatch",
@@ -62,6 +67,7 @@ __all__ = [
     "ScanTTC",
     "Status",
     "Supported",
+    "TrackedTTC",
     "closing_speed_from_ego_velocity",
     "fit_road",
     "from_pointcloud2",

@@ -10,7 +10,9 @@ from ttc_fast.status import Detection, RoadStatus, Status
 
 __all__ = [
     "SIMD_LEVEL",
+    "Alignment",
     "CloudTTC",
+    "CloudTracker",
     "Cluster",
     "Counts",
     "CountsBatch",
@@ -29,6 +31,7 @@ __all__ = [
     "RoadFit",
     "ScanTTC",
     "Supported",
+    "TrackedTTC",
     "fit_road",
     "ittc",
     "robust_min_x",
@@ -505,3 +508,60 @@ def ttc_from_clouds(
     estimator: _Estimator | None = None,
     front_offset: _Number = 0.0,
 ) -> CloudTTC: ...
+
+@final
+class Alignment:
+    def __new__(
+        cls,
+        cell: tuple[_Number, _Number] = (0.2, 0.05),
+        *,
+        depth: _Number = 0.8,
+        window: _Number = 1.0,
+        range_noise: _Number = 0.02,
+    ) -> Self: ...
+    @property
+    def cell(self) -> tuple[float, float]: ...
+    @property
+    def depth(self) -> float: ...
+    @property
+    def window(self) -> float: ...
+    @property
+    def range_noise(self) -> float: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, object]]: ...
+
+@final
+class TrackedTTC:
+    @property
+    def ttc(self) -> float: ...
+    @property
+    def ttc_interval(self) -> tuple[float, float] | None: ...
+    @property
+    def distance(self) -> float: ...
+    @property
+    def closing_speed(self) -> float: ...
+    @property
+    def closing_speed_interval(self) -> tuple[float, float] | None: ...
+    @property
+    def status(self) -> Status: ...
+
+@final
+class CloudTracker:
+    def __new__(
+        cls,
+        gate: Gate | None = None,
+        *,
+        estimator: _Estimator | None = None,
+        method: Alignment | None = None,
+        front_offset: _Number = 0.0,
+        jump: _Number = 0.5,
+        max_gap: _Number = 0.5,
+    ) -> Self: ...
+    def update(self, points: _Points, stamp: _Number) -> TrackedTTC: ...
+    def state(self) -> dict[str, Any]: ...
+    def restore(self, state: dict[str, Any]) -> None: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, object]]: ...
+    def __getstate__(self) -> dict[str, Any]: ...
+    def __setstate__(self, state: dict[str, Any], /) -> None: ...

@@ -17,6 +17,8 @@ and for point clouds:
 - ``estimators``: from those to one distance
 - ``cloud`` and ``shrinking``: these put together, as ``robust_min_x`` and ``ttc_from_clouds``
 - ``road``: what a gate may stand on, found in the cloud
+- ``profile`` and ``alignment``: how a body moves, from all of its cells
+- ``cloud_tracker``: which body that is, as ``CloudTracker``
 
 What has no arithmetic of its own (``Status``, ``Detection``, ``NoDataError``, the settings such as ``KthSmallest``,
 ``Gate`` and ``Road``, ``from_pointcloud2``, the two sign helpers) is not written twice: those are the same objects as
@@ -24,6 +26,7 @@ in ``ttc_fast``.
 """
 
 from ttc_fast._core import (
+    Alignment,
     Cluster,
     Gate,
     InterquartileFence,
@@ -39,6 +42,7 @@ from ttc_fast._core import (
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.bare import ittc
 from ttc_fast.reference.cloud import MinX, robust_min_x
+from ttc_fast.reference.cloud_tracker import CloudTracker, TrackedTTC
 from ttc_fast.reference.results import Counts, CountsBatch, Nearest, NearestBatch
 from ttc_fast.reference.road import RoadFit, fit_road
 from ttc_fast.reference.scan import ScanTTC
@@ -47,7 +51,9 @@ from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_targ
 from ttc_fast.status import Detection, RoadStatus, Status
 
 __all__ = [
+    "Alignment",
     "CloudTTC",
+    "CloudTracker",
     "Cluster",
     "Counts",
     "CountsBatch",
@@ -69,6 +75,7 @@ __all__ = [
     "ScanTTC",
     "Status",
     "Supported",
+    "TrackedTTC",
     "closing_speed_from_ego_velocity",
     "fit_road",
     "from_pointcloud2",

@@ -289,6 +289,7 @@ pub fn ttc_from_clouds(
     found.map(CloudTTC).map_err(value_error)
 }
 
-fn estimator_or_default(object: Option<&Bound<'_, PyAny>>) -> PyResult<Estimator> {
+/// `estimator=...`, or what it is by default.
+pub fn estimator_or_default(object: Option<&Bound<'_, PyAny>>) -> PyResult<Estimator> {
     object.map_or(Ok(Estimator::KthSmallest(10)), estimator)
 }

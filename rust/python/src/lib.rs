@@ -2,9 +2,11 @@
 
 #![allow(clippy::doc_markdown, reason = "docstrings for Python users are numpydoc, not rustdoc")]
 
+mod alignment;
 mod array;
 mod axes;
 mod cloud;
+mod cloud_tracker;
 mod enums;
 mod errors;
 mod estimator;
@@ -18,6 +20,7 @@ mod nearest;
 mod points;
 mod road;
 mod scan;
+mod tracked;
 
 use pyo3::prelude::*;
 
@@ -46,6 +49,9 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<road::Road>()?;
     m.add_class::<road::RoadFit>()?;
     m.add_function(wrap_pyfunction!(road::fit_road, m)?)?;
+    m.add_class::<alignment::Alignment>()?;
+    m.add_class::<cloud_tracker::CloudTracker>()?;
+    m.add_class::<tracked::TrackedTTC>()?;
     m.add_class::<cloud::MinX>()?;
     m.add_class::<cloud::CloudTTC>()?;
     m.add_function(wrap_pyfunction!(cloud::robust_min_x, m)?)?;

@@ -4,6 +4,7 @@
 //! makes one distance of them, [`shrinking`]
 //! a time of two. [`road`] is what a gate may stand on.
 
+mod alignment;
 mod candidates;
 mod cluster;
 mod estimator;
@@ -11,14 +12,17 @@ mod gate;
 mod points;
 mod road;
 mod shrinking;
+mod tracker;
 
 use candidates::{Candidate, Candidates, Estimate};
 pub use {
+    alignment::{Alignment, Cell, Profile, Sighting, Trend, trend},
     estimator::Estimator,
     gate::{Axis, Gate, Interval, REP_103},
     points::{Intensity, Points},
     road::{Refusal, Road, RoadFit, RoadSearch, RoadStatus, fit_road},
     shrinking::{CloudTtc, ttc_from_clouds},
+    tracker::{CloudSettings, CloudTrack, CloudTracker, Tracked},
 };
 
 use crate::error::Error;

@@ -1,0 +1,1 @@
+"""How accurate the methods are: on simulated approaches with exact truth, and on recorded frames."""

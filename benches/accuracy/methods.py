@@ -1,0 +1,98 @@
+"""The methods that are compared: each takes a sequence of clouds and gives its answer to each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+import ttc_fast
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+WINDOW = ttc_fast.Alignment().window
+"""s, of the lines too."""
+ESTIMATORS: dict[str, Any] = {
+    "minimum": ttc_fast.Minimum(),
+    "k-th smallest, 5": ttc_fast.KthSmallest(5),
+    "k-th smallest, 10": ttc_fast.KthSmallest(10),
+    "k-th smallest, 20": ttc_fast.KthSmallest(20),
+    "mean of 10": ttc_fast.MeanOfLowest(10),
+    "5 % quantile": ttc_fast.Quantile(0.05),
+    "20 % quantile": ttc_fast.Quantile(0.2),
+    "median": ttc_fast.Quantile(0.5),
+    "interquartile fence": ttc_fast.InterquartileFence(1.5),
+    "supported": ttc_fast.Supported(10, 0.05),
+    "cluster": ttc_fast.Cluster(0.3, 10),
+}
+
+
+class Answer(NamedTuple):
+    """What a method says of one frame."""
+
+    ttc: float
+    closing_speed: float  # m/s, NaN where it says nothing
+    interval: tuple[float, float] | None = None  # of the closing speed, m/s
+
+
+class Method(Protocol):
+    """From clouds and their stamps to answers, without a look ahead."""
+
+    def __call__(self, clouds: Sequence[NDArray[Any]], stamps: Sequence[float], gate: ttc_fast.Gate) -> list[Answer]:
+        """Give one answer for each cloud."""
+
+
+def distances(clouds: Sequence[NDArray[Any]], gate: ttc_fast.Gate, estimator: Any) -> NDArray[np.float64]:
+    """One statistic of each cloud, m; NaN where there is none."""
+    found = [ttc_fast.robust_min_x(cloud, gate=gate, estimator=estimator).x for cloud in clouds]
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def answer(distance: float, closing_speed: float) -> Answer:
+    """At a constant speed."""
+    return Answer(distance / closing_speed if closing_speed > 0 else np.inf, closing_speed)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line through one statistic of the frames of a window; through two frames if there is no window."""
+
+    estimator: Any
+    window: float | None = None
+
+    def __call__(self, clouds: Sequence[NDArray[Any]], stamps: Sequence[float], gate: ttc_fast.Gate) -> list[Answer]:
+        """Give one answer for each cloud."""
+        time, x = np.asarray(stamps), distances(clouds, gate, self.estimator)
+        return list(self._each(time, x))
+
+    def _each(self, time: NDArray[np.float64], x: NDArray[np.float64]) -> Iterator[Answer]:
+        for now in range(len(time)):
+            first = now - 1 if self.window is None else int(np.searchsorted(time, time[now] - self.window - 1e-6))
+            frames = np.arange(max(first, 0), now + 1)
+            frames = frames[np.isfinite(x[frames])]
+            if len(frames) < 2:
+                yield Answer(np.inf, np.nan)
+                continue
+            slope, distance = np.polyfit(time[frames] - time[now], x[frames], 1)
+            yield answer(distance, -slope)
+
+
+def aligned(clouds: Sequence[NDArray[Any]], stamps: Sequence[float], gate: ttc_fast.Gate) -> list[Answer]:
+    """By ``CloudTracker``."""
+    tracker = ttc_fast.CloudTracker(gate)
+    seen = [tracker.update(cloud, stamp) for cloud, stamp in zip(clouds, stamps, strict=True)]
+    return [Answer(each.ttc, each.closing_speed, each.closing_speed_interval) for each in seen]
+
+
+def methods() -> dict[str, Method]:
+    """All of them, by name."""
+    two_frames = {f"{name}, two frames": Line(estimator) for name, estimator in ESTIMATORS.items()}
+    lines = {f"{name}, line": Line(estimator, WINDOW) for name, estimator in ESTIMATORS.items()}
+    return {**two_frames, **lines, ALIGNMENT: aligned}
+
+
+ALIGNMENT = "alignment"

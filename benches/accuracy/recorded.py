@@ -1,0 +1,36 @@
+"""The recorded frames that methods are verified on. None was looked at to choose a setting."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ttc_fast import Gate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FOLDER = Path(os.environ.get("TTC_FAST_DATA", Path(__file__).parents[3] / "shared" / "data")) / "kitti"
+GATE = Gate(x=(2.0, 20.0), y=(-2.0, 2.0), z=(-1.5, -0.9), intensity=(0.1, 1.0))
+"""The crop of the reference."""
+FIRST = 6
+"""The first frame that counts; those before it warm methods up."""
+RATE = 10.0
+
+
+def clouds() -> list[NDArray[Any]]:
+    """Rows of x, y, z, reflectivity; none where there are no recordings."""
+    files = sorted((FOLDER / "velodyne").glob("*.bin.gz"))
+    return [np.frombuffer(gzip.decompress(file.read_bytes()), np.float32).reshape(-1, 4) for file in files]
+
+
+def truths(frames: int) -> list[float]:
+    """Reference time-to-collision of each frame, s, smoothed over those before and after; NaN where none counts."""
+    with (FOLDER / "corridor_distances.csv").open() as lines:
+        times = [float(row["ttc_ref"]) for row in csv.DictReader(lines)]
+    return [time if frame >= FIRST else np.nan for frame, time in enumerate(times[:frames])]

@@ -1,0 +1,117 @@
+"""A simulated lidar behind a simulated car: ring by ring, with the flaws of a real one, and with the exact truth.
+
+The scanner turns 64 rings; the rear ahead of it is made of curved panels, each of which a ray meets in closed form. So
+the noise that is put in is all the noise there is, and what an estimate of the motion could reach at best is known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+ROAD_REFLECTIVITY = 0.15
+RATE = 10.0
+"""Turns per second."""
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """A lidar with 64 rings, as on the cars of KITTI."""
+
+    height: float = 1.73
+    """Above the road, m."""
+    rings: Floats = field(
+        default_factory=lambda: np.radians(
+            np.concatenate([np.linspace(2.0, -8.33, 32), np.linspace(-8.83, -24.33, 32)])
+        )
+    )
+    """Upwards from the horizon, rad."""
+    azimuths: Floats = field(default_factory=lambda: np.radians(np.arange(-20.0, 20.0, 0.18)))
+    """Left of straight ahead, rad."""
+    range_noise: float = 0.02
+    """Standard deviation of a range, m."""
+    dropouts: float = 0.03
+    """Share of returns that are lost."""
+    strays: float = 0.1
+    """How often a frame has a point in front of the car that nothing explains."""
+    jitter: float = 0.0
+    """Standard deviation of what all ranges of a frame are off together, m."""
+    pitch: float = 0.0
+    """Standard deviation of how the car nods from frame to frame, rad."""
+
+
+class Panel(NamedTuple):
+    """A part of a rear: a sheet over (y, height), curved across, slanted upwards, ``behind`` the bumper."""
+
+    height: tuple[float, float]  # above the road, m
+    half_width: float  # m
+    behind: float  # m, at the lower edge in the middle
+    slant: float  # m further ahead for each metre upwards
+    curve: float  # 1/m: further ahead by curve * y^2
+    reflectivity: float
+    returns: float = 1.0  # share of rays that come back
+
+
+CAR = (
+    Panel((0.30, 0.58), 0.86, 0.00, 0.00, 0.10, 0.35),  # bumper
+    Panel((0.58, 0.95), 0.84, 0.09, 0.06, 0.08, 0.45),  # tailgate
+    Panel((0.68, 0.80), 0.26, 0.07, 0.00, 0.00, 0.95),  # number plate
+    Panel((0.95, 1.42), 0.68, 0.14, 0.70, 0.10, 0.20, 0.4),  # rear window
+)
+"""The rear of a car; its bumper is 0.30 m above the road."""
+
+
+class Pose(NamedTuple):
+    """Where a rear is: its nearest point from the sensor, and its middle to the left, m."""
+
+    x: float
+    y: float
+
+
+def first_hit(panel: Panel, pose: Pose, across: Floats, upwards: Floats, height: float) -> Floats:
+    """How far ahead each ray meets a panel, m; inf where it does not.
+
+    A ray is at ``y = x across`` and ``z = x upwards``: what is met is a root of a quadratic in x.
+    """
+    low = panel.height[0] - height
+    a = panel.curve * across**2
+    b = panel.slant * upwards - 1.0 - 2.0 * panel.curve * pose.y * across
+    c = pose.x + panel.behind - panel.slant * low + panel.curve * pose.y**2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        x = 2.0 * c / (-b + np.sqrt(b**2 - 4.0 * a * c))
+        inside = (np.abs(x * across - pose.y) <= panel.half_width) & (x > 0.0)
+        inside &= (x * upwards >= low) & (x * upwards <= panel.height[1] - height)
+    return np.where(inside, x, np.inf)
+
+
+def turn(scanner: Scanner, rears: list[Pose], rng: np.random.Generator) -> NDArray[np.float32]:
+    """One turn over a road with cars on it: rows of x, y, z, reflectivity, ring after ring."""
+    elevation, azimuth = (angle.ravel() for angle in np.meshgrid(scanner.rings, scanner.azimuths, indexing="ij"))
+    nod = scanner.pitch * rng.standard_normal()
+    across, upwards = np.tan(azimuth), np.tan(elevation + nod) / np.cos(azimuth)
+    with np.errstate(divide="ignore"):
+        nearest = np.where(upwards < 0.0, -scanner.height / upwards, np.inf)
+    reflectivity, returns = np.full(len(across), ROAD_REFLECTIVITY), np.full(len(across), 1.0)
+    for panel, pose in ((panel, pose) for pose in rears for panel in CAR):
+        hit = first_hit(panel, pose, across, upwards, scanner.height)
+        nearer = hit < nearest
+        nearest[nearer], reflectivity[nearer], returns[nearer] = hit[nearer], panel.reflectivity, panel.returns
+    seen = (nearest < 80.0) & (rng.random(len(nearest)) < returns * (1.0 - scanner.dropouts))
+    nearest, reflectivity = nearest[seen], reflectivity[seen]
+    # The sensor believes the angles of its rings, whatever the car does.
+    across, upwards = across[seen], (np.tan(elevation) / np.cos(azimuth))[seen]
+    ray = np.sqrt(1.0 + across**2 + upwards**2)
+    x = nearest + (scanner.range_noise * rng.standard_normal(len(ray)) + scanner.jitter * rng.standard_normal()) / ray
+    brightness = np.clip(reflectivity + 0.05 * rng.standard_normal(len(x)), 0.0, 0.99)
+    points = np.column_stack([x, x * across, x * upwards, brightness])
+    if rng.random() < scanner.strays and rears:
+        ahead = min(pose.x for pose in rears) - rng.uniform(0.1, 2.0)
+        points = np.vstack([points, [ahead, rng.uniform(-0.8, 0.8), rng.uniform(0.4, 1.2) - scanner.height, 0.4]])
+    return points.astype(np.float32)
