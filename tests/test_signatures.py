@@ -14,7 +14,7 @@ import ttc_fast
 from ttc_fast import reference
 
 # Results are only ever received, so what counts is what they offer, not how they are made.
-RESULTS = ["CloudTTC", "Counts", "CountsBatch", "MinX", "Nearest", "NearestBatch", "RoadFit"]
+RESULTS = ["CloudTTC", "Counts", "CountsBatch", "MinX", "Nearest", "NearestBatch", "RoadFit", "TrackedTTC"]
 
 # The instruction-set level of the kernels: NumPy has its own.
 KERNELS_ONLY = {"SIMD_LEVEL"}
@@ -48,6 +48,7 @@ def example(module: Any, name: str) -> Any:
         "Nearest": batch[0],
         "NearestBatch": batch,
         "RoadFit": module.fit_road(np.ones((12, 3))),
+        "TrackedTTC": module.CloudTracker().update(np.ones((12, 3)), 0.0),
     }[name]
 
 
@@ -113,6 +114,8 @@ def test_a_pickled_scanner_is_the_same_scanner(module: Any) -> None:
 
 
 SETTINGS = [
+    ttc_fast.Alignment(),
+    ttc_fast.Alignment((0.1, 0.3), depth=0.4, window=0.6, range_noise=0.01),
     ttc_fast.Minimum(),
     ttc_fast.KthSmallest(3),
     ttc_fast.Quantile(0.25),

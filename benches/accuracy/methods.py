@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 WINDOW = ttc_fast.Alignment().window
-"""s, of the lines too."""
+"""s, of the alignment."""
+WINDOWS = (0.3, 0.5, WINDOW)
+"""s, of lines: short ones are noisy, long ones late."""
 ESTIMATORS: dict[str, Any] = {
     "minimum": ttc_fast.Minimum(),
     "k-th smallest, 5": ttc_fast.KthSmallest(5),
@@ -91,7 +93,11 @@ def aligned(clouds: Sequence[NDArray[Any]], stamps: Sequence[float], gate: ttc_f
 def methods() -> dict[str, Method]:
     """All of them, by name."""
     two_frames = {f"{name}, two frames": Line(estimator) for name, estimator in ESTIMATORS.items()}
-    lines = {f"{name}, line": Line(estimator, WINDOW) for name, estimator in ESTIMATORS.items()}
+    lines = {
+        f"{name}, line of {window:g} s": Line(estimator, window)
+        for window in WINDOWS
+        for name, estimator in ESTIMATORS.items()
+    }
     return {**two_frames, **lines, ALIGNMENT: aligned}
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import gzip
 import os
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ FIRST = 6
 RATE = 10.0
 
 
+@lru_cache(maxsize=1)
 def clouds() -> list[NDArray[Any]]:
     """Rows of x, y, z, reflectivity; none where there are no recordings."""
     files = sorted((FOLDER / "velodyne").glob("*.bin.gz"))

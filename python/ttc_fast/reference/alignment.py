@@ -8,7 +8,7 @@ stray point, an edge that is met now and missed then, another car) is weighed do
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,8 @@ BIWEIGHT = 4.7
 """Where Tukey's biweight ends, in standard deviations: 95 % efficient where all is normal."""
 NORMAL = 1.4826
 """Standard deviation of normal numbers, from the median of their sizes."""
+EDGE = 0.04
+"""How many points the edge of a body is worth: it is 5 times as noisy as a point, as other points make it each time."""
 KNOWN_NOISE = 8.0
 """How many residuals the range noise that was given is worth."""
 ENOUGH = 3
@@ -45,7 +47,9 @@ KNOWN_FIT = 2.0
 """How many frames the belief is worth that frames differ by no more than their points do."""
 MISFIT = 2.0
 """Frames that differ by more than this, as a ratio of variances, do not move by one acceleration."""
-FEWEST = 4
+SYSTEMATIC = 0.003
+"""Share of a closing speed that it may be off by, because rings pass from cell to cell."""
+FEWEST = 3
 """Frames that a window is not shortened below."""
 
 
@@ -71,7 +75,8 @@ class Trend(NamedTuple):
     """Of the closing speed, m^2/s^2."""
 
 
-class Witnesses(NamedTuple):
+@dataclass(frozen=True)
+class Witnesses:
     """What cells say, one entry for each cell of each frame, frame after frame. The last cell is the edge itself."""
 
     frame: Ints
@@ -108,30 +113,34 @@ def _witnesses(sightings: Sequence[Sighting]) -> Witnesses:
     """Put side by side the cells that more than one frame has: others say nothing about motion."""
     profiles = [sighting.profile for sighting in sightings]
     places = np.concatenate([np.column_stack([profile.column, profile.level]) for profile in profiles])
-    unique, cell, frames = np.unique(places, axis=0, return_inverse=True, return_counts=True)
-    shared = frames > 1
+    unique, cell, shown = np.unique(places, axis=0, return_inverse=True, return_counts=True)
+    shared = shown > 1
     number = np.where(shared, np.cumsum(shared) - 1, -1)[cell.ravel()]
     kept = number >= 0
     cells = int(shared.sum())
 
-    frame = np.repeat(np.arange(len(profiles)), [len(profile.count) for profile in profiles])[kept]
-    cell, count, x, z = (
-        number[kept],
-        *(np.concatenate([getattr(profile, name) for profile in profiles])[kept] for name in ("count", "x", "z")),
-    )
+    def all_of(name: str) -> NDArray[Any]:
+        joined: NDArray[Any] = np.concatenate([getattr(profile, name) for profile in profiles])[kept]
+        return joined
+
+    cell, count, z = number[kept], all_of("count"), all_of("z")
     height = np.bincount(cell, count * z, cells) / np.bincount(cell, count, cells)
-    # The edge is a witness like any other: it has one vote.
-    edges = np.array([sighting.edge for sighting in sightings])
-    one, last = np.ones(len(edges)), np.full(len(edges), cells)
-    frame = np.append(frame, np.arange(len(edges)))
+    # The edge is a witness too: where nothing else is, it says how the body moves.
+    frames = len(sightings)
+    edges = [sighting.edge for sighting in sightings]
+    frame = np.repeat(np.arange(frames), [len(profile.count) for profile in profiles])[kept]
+    frame = np.append(frame, np.arange(frames))
     order = np.argsort(frame, kind="stable")
-    columns = [
-        np.append(cell, last),
-        np.append(count, one),
-        np.append(x, edges),
-        np.append(z - height[cell], 0.0 * one),
-    ]
-    return Witnesses(frame[order], *(column[order] for column in columns), *unique[shared].T[::-1], height)  # type: ignore[arg-type]
+    return Witnesses(
+        frame=frame[order],
+        cell=np.append(cell, np.full(frames, cells))[order],
+        count=np.append(count, np.full(frames, EDGE))[order],
+        x=np.append(all_of("x"), edges)[order],
+        rise=np.append(z - height[cell], np.zeros(frames))[order],
+        level=unique[shared][:, 1],
+        column=unique[shared][:, 0],
+        height=height,
+    )
 
 
 def _weigh(seen: Witnesses, frames: int, range_noise: float) -> tuple[Doubles, Doubles, float]:
@@ -232,7 +241,7 @@ def _fit(seen: Witnesses, time: Doubles, weight: Doubles, x: Doubles, noise: flo
     # What is known of the bend once the line is taken out.
     known, told = max(qq - tq * tq / tt, 0.0) / noise, (qy - tq * ty / tt) / noise
     worse = 1.0
-    if frames >= FEWEST and known > 0.0:
+    if frames > 3 and known > 0.0:
         bend = told / known
         worse = misfit(y - (ty - tq * bend) / tt * t - bend * q, frames - 3)
     scale = max(worse, 1.0)
@@ -245,5 +254,10 @@ def _fit(seen: Witnesses, time: Doubles, weight: Doubles, x: Doubles, noise: flo
     odds = ACCELERATES / (1.0 - ACCELERATES) * np.sqrt(expected / sure) * np.exp(min(told * told / sure / 2.0, 300.0))
     share = float(odds / (1.0 + odds))
     spread = scale * noise / tt
-    variance = spread + share * (tq / tt) ** 2 / sure + share * (1.0 - share) * (parabola - line) ** 2
+    variance = (
+        spread
+        + (SYSTEMATIC * line) ** 2
+        + share * (tq / tt) ** 2 / sure
+        + share * (1.0 - share) * (parabola - line) ** 2
+    )
     return Fit((1.0 - share) * line + share * parabola, share * bend, variance, worse)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,6 +52,45 @@ class TrackedTTC:
     """What it means."""
 
 
+@dataclass
+class Body:
+    """A body, as often as it was seen."""
+
+    sightings: list[Sighting] = field(default_factory=list)
+    """Oldest first."""
+    trend: Trend | None = None
+    """How it moved at the last of them."""
+
+    def forget(self, stamp: float, window: float, max_gap: float) -> None:
+        """Forget what is too old, and all of it if it was gone for too long."""
+        gone = bool(self.sightings) and stamp - self.sightings[-1].stamp > max_gap
+        # Stamps are rounded: the window's own end counts.
+        oldest = window * (1.0 + 1e-6)
+        self.sightings = [each for each in self.sightings if not gone and stamp - each.stamp <= oldest]
+        if not self.sightings:
+            self.trend = None
+
+    def continues(self, now: Sighting, jump: float) -> bool:
+        """Whether a sighting is of this body."""
+        if not self.sightings:
+            return False
+        last = self.sightings[-1]
+        dt = now.stamp - last.stamp
+        if self.trend is not None:
+            edge, speed = self.trend.distance, self.trend.closing_speed
+        elif len(self.sightings) > 1:
+            before = self.sightings[-2]
+            edge, speed = last.edge, (before.edge - last.edge) / (last.stamp - before.stamp)
+        else:
+            return abs(now.edge - last.edge) <= jump + FASTEST * dt
+        return abs(now.edge - (edge - speed * dt)) <= jump + HARDEST * dt * dt / 2.0
+
+    def add(self, sighting: Sighting, settings: Alignment) -> None:
+        """See it once more."""
+        self.sightings = [*self.sightings, sighting][-MOST:]
+        self.trend = trend(self.sightings, settings) if len(self.sightings) >= ENOUGH else None
+
+
 class CloudTracker:
     """Follows the nearest body ahead, and never two at once.
 
@@ -75,8 +114,7 @@ class CloudTracker:
         self._front_offset = finite("front_offset", front_offset)
         self._jump, self._max_gap = _positive("jump", jump), _positive("max_gap", max_gap)
         self._stamp: float | None = None
-        self._sightings: list[Sighting] = []
-        self._trend: Trend | None = None
+        self._present, self._shelved = Body(), Body()
 
     def update(self, points: Any, stamp: float) -> TrackedTTC:
         """Take in a cloud, and say how the body ahead moves."""
@@ -84,9 +122,10 @@ class CloudTracker:
         seen = cloud("points", points)
         found = nearest(seen, self._gate, self._estimator)
         if not math.isfinite(stamp) or (self._stamp is not None and stamp <= self._stamp):
-            return _unknown(Status.INVALID, math.nan)
+            return replace(self._answer(too_few=False), status=Status.INVALID)
         self._stamp = stamp
-        self._forget(stamp)
+        for body in (self._present, self._shelved):
+            body.forget(stamp, self._method.window, self._max_gap)
         if found.detection is Detection.NO_DATA:
             return _unknown(Status.NO_DATA, math.nan)
         if found.detection is Detection.CLEAR:
@@ -98,62 +137,32 @@ class CloudTracker:
 
     def state(self) -> dict[str, Any]:
         """Give what the tracker remembers, in plain lists and numbers."""
-        sightings = [
-            {
-                "stamp": sighting.stamp,
-                "edge": sighting.edge,
-                "cells": [list(cell) for cell in zip(*(column.tolist() for column in _columns(sighting)), strict=True)],
-            }
-            for sighting in self._sightings
-        ]
-        trend = None if self._trend is None else list(self._trend)
-        return {"stamp": self._stamp, "sightings": sightings, "trend": trend}
+        return {"stamp": self._stamp, "present": _state(self._present), "shelved": _state(self._shelved)}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Remember what another tracker did."""
+        """Remember what another tracker with the same settings did."""
         self._stamp = state["stamp"]
-        self._sightings = [
-            Sighting(each["stamp"], each["edge"], _profile(each["cells"])) for each in state["sightings"]
-        ]
-        self._trend = None if state["trend"] is None else Trend(*state["trend"])
-
-    def _forget(self, stamp: float) -> None:
-        """Forget what is too old, and a body that was gone for too long."""
-        gone = bool(self._sightings) and stamp - self._sightings[-1].stamp > self._max_gap
-        # Stamps are rounded: the window's own end counts.
-        window = self._method.window * (1.0 + 1e-6)
-        kept = [sighting for sighting in self._sightings if not gone and stamp - sighting.stamp <= window]
-        self._sightings = kept
-        if not kept:
-            self._trend = None
+        self._present, self._shelved = _body(state["present"]), _body(state["shelved"])
 
     def _follow(self, sighting: Sighting) -> None:
-        """Add a sighting to those of the same body, or begin anew."""
-        before = self._sightings if self._continues(sighting) else []
-        self._sightings = [*before, sighting][-MOST:]
-        self._trend = trend(self._sightings, self._method) if len(self._sightings) >= ENOUGH else None
-
-    def _continues(self, now: Sighting) -> bool:
-        """Whether a sighting is of the same body."""
-        if not self._sightings:
-            return True
-        last = self._sightings[-1]
-        dt = now.stamp - last.stamp
-        if self._trend is not None:
-            edge, speed = self._trend.distance, self._trend.closing_speed
-        elif len(self._sightings) > 1:
-            before = self._sightings[-2]
-            edge, speed = last.edge, (before.edge - last.edge) / (last.stamp - before.stamp)
-        else:
-            return abs(now.edge - last.edge) <= self._jump + FASTEST * dt
-        return abs(now.edge - (edge - speed * dt)) <= self._jump + HARDEST * dt * dt / 2.0
+        """Give a sighting to the body that it is of, or begin another."""
+        if not self._present.continues(sighting, self._jump):
+            if self._shelved.continues(sighting, self._jump):
+                self._present, self._shelved = self._shelved, Body()
+            else:
+                # What was never seen to move is not worth coming back to.
+                if self._present.trend is not None:
+                    self._shelved = self._present
+                self._present = Body()
+        self._present.add(sighting, self._method)
 
     def _answer(self, too_few: bool) -> TrackedTTC:
         """Say what is known of the body at its last sighting."""
-        if self._trend is None:
-            return _unknown(Status.WARMING_UP, self._sightings[-1].edge - self._front_offset)
-        distance, speed = self._trend.distance - self._front_offset, self._trend.closing_speed
-        spread = NINE_TENTHS * math.sqrt(self._trend.variance)
+        trend, sightings = self._present.trend, self._present.sightings
+        if trend is None:
+            return _unknown(Status.WARMING_UP, sightings[-1].edge - self._front_offset if sightings else math.nan)
+        distance, speed = trend.distance - self._front_offset, trend.closing_speed
+        spread = NINE_TENTHS * math.sqrt(trend.variance)
         # The first that holds.
         cases = {
             Status.CONTACT: distance <= 0,
@@ -175,14 +184,14 @@ class CloudTracker:
 
     def _coast(self, stamp: float) -> TrackedTTC:
         """Nothing is ahead: the body that was there a moment ago goes on as it did."""
-        if not self._sightings:
+        trend, sightings = self._present.trend, self._present.sightings
+        if not sightings:
             return _unknown(Status.CLEAR, math.inf)
-        if self._trend is None:
+        if trend is None:
             return _unknown(Status.LOST, math.nan)
-        speed = self._trend.closing_speed
-        distance = self._trend.distance - speed * (stamp - self._sightings[-1].stamp) - self._front_offset
-        lost = asdict(_unknown(Status.LOST, distance))
-        return TrackedTTC(**{**lost, "ttc": _time(distance, speed), "closing_speed": speed})
+        speed = trend.closing_speed
+        distance = trend.distance - speed * (stamp - sightings[-1].stamp) - self._front_offset
+        return replace(_unknown(Status.LOST, distance), ttc=_time(distance, speed), closing_speed=speed)
 
 
 def _unknown(status: Status, distance: float) -> TrackedTTC:
@@ -195,14 +204,23 @@ def _time(distance: float, closing_speed: float) -> float:
     return max(distance, 0.0) / closing_speed if closing_speed > 0 else math.inf
 
 
-def _columns(sighting: Sighting) -> tuple[Any, ...]:
-    profile = sighting.profile
-    return profile.column, profile.level, profile.count, profile.x, profile.z
+def _state(body: Body) -> dict[str, Any]:
+    def cells(profile: Profile) -> list[list[float]]:
+        columns = profile.column, profile.level, profile.count, profile.x, profile.z
+        cells: list[list[float]] = np.column_stack(columns).tolist()
+        return cells
+
+    sightings = [{"stamp": it.stamp, "edge": it.edge, "cells": cells(it.profile)} for it in body.sightings]
+    return {"sightings": sightings, "trend": None if body.trend is None else list(body.trend)}
 
 
-def _profile(cells: list[Any]) -> Profile:
-    column, level, count, x, z = np.array(cells, np.float64).reshape(-1, 5).T
-    return Profile(column.astype(np.int64), level.astype(np.int64), count, x, z)
+def _body(state: dict[str, Any]) -> Body:
+    def profile(cells: list[list[float]]) -> Profile:
+        column, level, count, x, z = np.array(cells, np.float64).reshape(-1, 5).T
+        return Profile(column.astype(np.int64), level.astype(np.int64), count, x, z)
+
+    sightings = [Sighting(it["stamp"], it["edge"], profile(it["cells"])) for it in state["sightings"]]
+    return Body(sightings, None if state["trend"] is None else Trend(*state["trend"]))
 
 
 def _positive(argument: str, value: Any) -> float:

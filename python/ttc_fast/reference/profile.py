@@ -53,7 +53,7 @@ def profile(inside: Candidates, edge: float, settings: Alignment) -> Profile:
     near = np.abs(x - median[cell]) <= WIDE * settings.range_noise
     # Two points that far apart have no majority: both count.
     near |= np.bincount(cell, near)[cell] == 0
-    count = np.bincount(cell, near)
+    count = np.bincount(cell, near).astype(np.float64)
     return Profile(
         column[first], level[first], count, np.bincount(cell, near * x) / count, np.bincount(cell, near * z) / count
     )

@@ -11,7 +11,7 @@ use crate::tracked::TrackedTTC;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use ttc_fast_core::cloud::{self, Cell, CloudSettings, CloudTrack, Profile, Sighting, Trend};
+use ttc_fast_core::cloud::{self, Body, Cell, CloudSettings, CloudTrack, Profile, Sighting, Trend};
 
 /// Follows the nearest body ahead from cloud to cloud, and never two at once.
 ///
@@ -104,7 +104,7 @@ impl CloudTracker {
     ///     CLOSING. CONTACT: the distance is 0 or below. TOO_FEW: too few points for the estimator, the plain nearest was
     ///     used. WARMING_UP: fewer than 3 frames of this body so far. LOST: the body is not there any more; for ``max_gap``
     ///     it is taken to go on as it did. NO_DATA: no valid point. INVALID: the stamp is not finite, or not later than the
-    ///     last one; nothing is remembered of such a cloud.
+    ///     last one; nothing is remembered of such a cloud, and the answer is that of the last body seen.
     ///
     /// Raises
     /// ------
@@ -133,27 +133,20 @@ impl CloudTracker {
     /// Returns
     /// -------
     /// dict
-    ///     ``stamp`` of the last frame, ``sightings`` of the body, and its ``trend``; for ``restore``.
+    ///     ``stamp`` of the last frame; the ``present`` body and the one before, ``shelved``, each with its ``sightings`` and
+    ///     ``trend``; for ``restore``.
     ///
     /// Examples
     /// --------
     /// >>> import ttc_fast
-    /// >>> ttc_fast.CloudTracker().state()
-    /// {'stamp': None, 'sightings': [], 'trend': None}
+    /// >>> print(*ttc_fast.CloudTracker().state())
+    /// stamp present shelved
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let CloudTrack { stamp, sightings, trend } = &self.tracker.track;
-        let row = |cell: &Cell| (cell.column, cell.level, cell.count, cell.x, cell.z);
-        let sightings = sightings.iter().map(|sighting| {
-            let each = PyDict::new(py);
-            each.set_item("stamp", sighting.stamp)?;
-            each.set_item("edge", sighting.edge)?;
-            each.set_item("cells", sighting.profile.cells.iter().map(row).collect::<Vec<_>>())?;
-            Ok(each)
-        });
+        let CloudTrack { stamp, present, shelved } = &self.tracker.track;
         let state = PyDict::new(py);
         state.set_item("stamp", stamp)?;
-        state.set_item("sightings", sightings.collect::<PyResult<Vec<_>>>()?)?;
-        state.set_item("trend", trend.map(|it| (it.distance, it.closing_speed, it.variance)))?;
+        state.set_item("present", body_to(py, present)?)?;
+        state.set_item("shelved", body_to(py, shelved)?)?;
         Ok(state)
     }
 
@@ -179,7 +172,7 @@ impl CloudTracker {
     /// >>> tracker, other = ttc_fast.CloudTracker(), ttc_fast.CloudTracker()
     /// >>> _ = tracker.update(np.full((20, 3), 5.0) - [0, 5, 5], stamp=0.0)
     /// >>> other.restore(json.loads(json.dumps(tracker.state())))
-    /// >>> other.state() == tracker.state()
+    /// >>> json.dumps(other.state()) == json.dumps(tracker.state())
     /// True
     fn restore(&mut self, state: &Bound<'_, PyDict>) -> PyResult<()> {
         self.tracker.track = track(state)?;
@@ -199,22 +192,57 @@ impl CloudTracker {
     }
 }
 
-type Row = (i32, i32, f64, f64, f64);
+/// Column, level, count, x and z of a cell.
+type Row = [f64; 5];
+
+/// A cell as numbers.
+fn row(cell: &Cell) -> Row {
+    [f64::from(cell.column), f64::from(cell.level), cell.count, cell.x, cell.z]
+}
+
+/// And back.
+fn cell([column, level, count, x, z]: Row) -> PyResult<Cell> {
+    #[allow(clippy::cast_possible_truncation, reason = "checked by the way back")]
+    let whole = |number: f64| {
+        let whole = number as i32;
+        let exact = f64::from(whole) == number;
+        exact.then_some(whole).ok_or_else(|| PyValueError::new_err("state must hold whole numbers of cells"))
+    };
+    Ok(Cell { column: whole(column)?, level: whole(level)?, count, x, z })
+}
 
 /// A state from Python, if it is one.
 fn track(state: &Bound<'_, PyDict>) -> PyResult<CloudTrack> {
+    let stamp = item(state, "stamp")?.extract()?;
+    let body = |name| body_from(&item(state, name)?.cast_into()?);
+    CloudTrack { stamp, present: body("present")?, shelved: body("shelved")? }.checked().map_err(value_error)
+}
+
+fn body_to<'py>(py: Python<'py>, Body { sightings, trend }: &Body) -> PyResult<Bound<'py, PyDict>> {
+    let sightings = sightings.iter().map(|sighting| {
+        let each = PyDict::new(py);
+        each.set_item("stamp", sighting.stamp)?;
+        each.set_item("edge", sighting.edge)?;
+        each.set_item("cells", sighting.profile.cells.iter().map(row).collect::<Vec<_>>())?;
+        Ok(each)
+    });
+    let state = PyDict::new(py);
+    state.set_item("sightings", sightings.collect::<PyResult<Vec<_>>>()?)?;
+    state.set_item("trend", trend.map(|it| [it.distance, it.closing_speed, it.variance]))?;
+    Ok(state)
+}
+
+fn body_from(state: &Bound<'_, PyDict>) -> PyResult<Body> {
     let mut sightings = Vec::new();
     for each in item(state, "sightings")?.try_iter()? {
         let each = each?.cast_into::<PyDict>()?;
         let cells = item(&each, "cells")?.extract::<Vec<Row>>()?;
-        let cell = |(column, level, count, x, z): Row| Cell { column, level, count, x, z };
-        let profile = Profile { cells: cells.into_iter().map(cell).collect() };
+        let profile = Profile { cells: cells.into_iter().map(cell).collect::<PyResult<_>>()? };
         sightings.push(Sighting { stamp: number(&each, "stamp")?, edge: number(&each, "edge")?, profile });
     }
-    let trend = item(state, "trend")?.extract::<Option<(f64, f64, f64)>>()?;
-    let trend = trend.map(|(distance, closing_speed, variance)| Trend { distance, closing_speed, variance });
-    let track = CloudTrack { stamp: item(state, "stamp")?.extract()?, sightings, trend };
-    track.checked().map_err(value_error)
+    let trend = item(state, "trend")?.extract::<Option<[f64; 3]>>()?;
+    let trend = trend.map(|[distance, closing_speed, variance]| Trend { distance, closing_speed, variance });
+    Ok(Body { sightings, trend })
 }
 
 fn item<'py>(state: &Bound<'py, PyDict>, name: &str) -> PyResult<Bound<'py, PyAny>> {

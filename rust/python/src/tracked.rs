@@ -2,7 +2,7 @@
 
 use crate::enums;
 use pyo3::prelude::*;
-use ttc_fast_core::cloud::Tracked;
+use ttc_fast_core::tracker::TrackedTtc;
 
 /// Time-to-collision of the body ahead, and what is known of it.
 ///
@@ -21,7 +21,7 @@ use ttc_fast_core::cloud::Tracked;
 /// status : Status
 ///     What it means.
 #[pyclass(frozen, module = "ttc_fast")]
-pub struct TrackedTTC(pub Tracked);
+pub struct TrackedTTC(pub TrackedTtc);
 
 #[pymethods]
 impl TrackedTTC {
@@ -56,7 +56,7 @@ impl TrackedTTC {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let Tracked { ttc, distance, closing_speed, .. } = self.0;
+        let TrackedTtc { ttc, distance, closing_speed, .. } = self.0;
         let status = self.status(py)?.getattr("name")?;
         Ok(format!(
             "TrackedTTC(ttc={ttc:.4}, status={status}, distance={distance:.4}, closing_speed={closing_speed:.4})"

@@ -22,7 +22,7 @@ pub use {
     points::{Intensity, Points},
     road::{Refusal, Road, RoadFit, RoadSearch, RoadStatus, fit_road},
     shrinking::{CloudTtc, ttc_from_clouds},
-    tracker::{CloudSettings, CloudTrack, CloudTracker, Tracked},
+    tracker::{Body, CloudSettings, CloudTrack, CloudTracker},
 };
 
 use crate::error::Error;

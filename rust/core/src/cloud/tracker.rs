@@ -9,6 +9,8 @@ use crate::error::{Error, finite};
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
+use crate::tracker::TrackedTtc;
+use std::mem::take;
 
 /// What a tracker is told once.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,21 +42,13 @@ impl Default for CloudSettings {
     }
 }
 
-/// Time-to-collision of the body ahead.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tracked {
-    /// s, in [0, inf].
-    pub ttc: f64,
-    /// The truth is in here nine times of ten, s.
-    pub ttc_interval: Option<[f64; 2]>,
-    /// From the bumper, m. Infinite when clear, NaN where nothing is known.
-    pub distance: f64,
-    /// m/s, positive when approaching; NaN where it is not known.
-    pub closing_speed: f64,
-    /// The truth is in here nine times of ten, m/s.
-    pub closing_speed_interval: Option<[f64; 2]>,
-    /// What it means.
-    pub status: Status,
+/// A body, as often as it was seen.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Body {
+    /// Oldest first.
+    pub sightings: Vec<Sighting>,
+    /// How it moved at the last of them.
+    pub trend: Option<Trend>,
 }
 
 /// What a tracker remembers.
@@ -62,10 +56,10 @@ pub struct Tracked {
 pub struct CloudTrack {
     /// Of the last frame, whatever it showed, s.
     pub stamp: Option<f64>,
-    /// Of the body that is followed, oldest first.
-    pub sightings: Vec<Sighting>,
-    /// How it moved at the last of them.
-    pub trend: Option<Trend>,
+    /// The body that is followed.
+    pub present: Body,
+    /// The one before, in case the present one was but a flicker.
+    pub shelved: Body,
 }
 
 impl CloudTrack {
@@ -74,19 +68,32 @@ impl CloudTrack {
     /// # Errors
     /// When numbers are not finite, sightings or cells are out of order, or there are too many.
     pub fn checked(self) -> Result<Self, Error> {
+        if self.stamp.is_some_and(|stamp| !stamp.is_finite()) {
+            return Err(Error::new("state", "must hold a finite stamp"));
+        }
+        self.present.check(self.stamp)?;
+        self.shelved.check(self.stamp)?;
+        Ok(self)
+    }
+}
+
+impl Body {
+    fn check(&self, newest: Option<f64>) -> Result<(), Error> {
         let wrong = |problem: &str| Err(Error::new("state", problem));
-        let stamps = self.sightings.iter().map(|sighting| sighting.stamp).chain(self.stamp);
         let cells = || self.sightings.iter().flat_map(|sighting| &sighting.profile.cells);
         let numbers = cells().flat_map(|cell| [cell.count, cell.x, cell.z]);
-        let edges = self.sightings.iter().map(|sighting| sighting.edge);
+        let sighted = self.sightings.iter().flat_map(|sighting| [sighting.stamp, sighting.edge]);
         let trend = self.trend.iter().flat_map(|trend| [trend.distance, trend.closing_speed, trend.variance]);
-        if !stamps.chain(numbers).chain(edges).chain(trend).all(f64::is_finite) {
+        if !numbers.chain(sighted).chain(trend).all(f64::is_finite) {
             return wrong("must hold finite numbers");
         }
         let later = |pair: &[Sighting]| pair[0].stamp < pair[1].stamp;
-        let newest = self.sightings.last().map(|sighting| sighting.stamp);
-        if self.sightings.len() > MOST || !self.sightings.windows(2).all(later) || newest > self.stamp {
-            return wrong(&format!("must hold at most {MOST} sightings, oldest first, none after its stamp"));
+        let last = self.sightings.last().map(|sighting| sighting.stamp);
+        if self.sightings.len() > MOST || !self.sightings.windows(2).all(later) || last > newest {
+            return wrong(&format!("must hold at most {MOST} sightings of a body, oldest first, none after its stamp"));
+        }
+        if self.trend.is_some_and(|trend| self.sightings.is_empty() || trend.variance < 0.0) {
+            return wrong("must hold the sightings of a trend, and a variance of at least 0");
         }
         let ordered = |sighting: &Sighting| {
             let place = |cell: &Cell| (cell.column, cell.level);
@@ -98,7 +105,37 @@ impl CloudTrack {
         if !self.sightings.iter().all(ordered) || !cells().all(possible) {
             return wrong("must hold cells in order, with points in them");
         }
-        Ok(self)
+        Ok(())
+    }
+
+    /// Forget what is too old, and all of it if it was gone for too long.
+    fn forget(&mut self, stamp: f64, window: f64, max_gap: f64) {
+        let gone = self.sightings.last().is_some_and(|last| stamp - last.stamp > max_gap);
+        // Stamps are rounded: the window's own end counts.
+        self.sightings.retain(|sighting| !gone && stamp - sighting.stamp <= window * (1.0 + 1e-6));
+        if self.sightings.is_empty() {
+            self.trend = None;
+        }
+    }
+
+    /// Whether a sighting is of this body.
+    fn continues(&self, now: &Sighting, jump: f64) -> bool {
+        let Some(last) = self.sightings.last() else { return false };
+        let dt = now.stamp - last.stamp;
+        let (edge, speed) = match (&self.trend, &self.sightings[..]) {
+            (Some(trend), _) => (trend.distance, trend.closing_speed),
+            (None, [.., before, last]) => (last.edge, (before.edge - last.edge) / (last.stamp - before.stamp)),
+            (None, _) => return (now.edge - last.edge).abs() <= jump + FASTEST * dt,
+        };
+        (now.edge - (edge - speed * dt)).abs() <= jump + HARDEST * dt * dt / 2.0
+    }
+
+    fn add(&mut self, sighting: Sighting, range_noise: f64) {
+        self.sightings.push(sighting);
+        let excess = self.sightings.len().saturating_sub(MOST);
+        self.sightings.drain(..excess);
+        let enough = self.sightings.len() >= ENOUGH;
+        self.trend = enough.then(|| trend(&self.sightings, range_noise)).flatten();
     }
 }
 
@@ -149,14 +186,16 @@ impl CloudTracker {
     ///
     /// # Errors
     /// As [`robust_min_x`].
-    pub fn update<T: Real>(&mut self, points: Points<'_, T>, stamp: f64, level: Level) -> Result<Tracked, Error> {
+    pub fn update<T: Real>(&mut self, points: Points<'_, T>, stamp: f64, level: Level) -> Result<TrackedTtc, Error> {
         let CloudSettings { gate, estimator, method, .. } = self.settings;
         let found = robust_min_x(points, &gate, estimator, level, 1)?;
         if !stamp.is_finite() || self.track.stamp.is_some_and(|last| stamp <= last) {
-            return Ok(unknown(Status::Invalid, f64::NAN));
+            return Ok(TrackedTtc { status: Status::Invalid, ..self.answer(false) });
         }
         self.track.stamp = Some(stamp);
-        self.forget(stamp);
+        for body in [&mut self.track.present, &mut self.track.shelved] {
+            body.forget(stamp, method.window, self.settings.max_gap);
+        }
         let edge = match found.detection {
             Detection::NoData => return Ok(unknown(Status::NoData, f64::NAN)),
             Detection::Clear => return Ok(self.coast(stamp)),
@@ -168,36 +207,28 @@ impl CloudTracker {
         Ok(self.answer(found.detection == Detection::TooFew))
     }
 
-    /// Forget what is too old, and a body that was gone for too long.
-    fn forget(&mut self, stamp: f64) {
-        let CloudSettings { method, max_gap, .. } = self.settings;
-        let gone = self.track.sightings.last().is_some_and(|last| stamp - last.stamp > max_gap);
-        // Stamps are rounded: the window's own end counts.
-        let window = method.window * (1.0 + 1e-6);
-        self.track.sightings.retain(|sighting| !gone && stamp - sighting.stamp <= window);
-        if self.track.sightings.is_empty() {
-            self.track.trend = None;
-        }
-    }
-
-    /// Add a sighting to those of the same body, or begin anew.
+    /// Give a sighting to the body that it is of, or begin another.
     fn follow(&mut self, sighting: Sighting) {
-        let track = &mut self.track;
-        if !continues(&track.sightings, track.trend.as_ref(), &sighting, self.settings.jump) {
-            track.sightings.clear();
+        let CloudTrack { present, shelved, .. } = &mut self.track;
+        if !present.continues(&sighting, self.settings.jump) {
+            if shelved.continues(&sighting, self.settings.jump) {
+                *present = take(shelved);
+            } else {
+                let before = take(present);
+                // What was never seen to move is not worth coming back to.
+                if before.trend.is_some() {
+                    *shelved = before;
+                }
+            }
         }
-        track.sightings.push(sighting);
-        let excess = track.sightings.len().saturating_sub(MOST);
-        track.sightings.drain(..excess);
-        let enough = track.sightings.len() >= ENOUGH;
-        track.trend = enough.then(|| trend(&track.sightings, self.settings.method.range_noise)).flatten();
+        present.add(sighting, self.settings.method.range_noise);
     }
 
     /// What is known of the body at its last sighting.
-    fn answer(&self, too_few: bool) -> Tracked {
+    fn answer(&self, too_few: bool) -> TrackedTtc {
         let offset = self.settings.front_offset;
-        let Some(trend) = &self.track.trend else {
-            let edge = self.track.sightings.last().map_or(f64::NAN, |last| last.edge);
+        let Some(trend) = &self.track.present.trend else {
+            let edge = self.track.present.sightings.last().map_or(f64::NAN, |last| last.edge);
             return unknown(Status::WarmingUp, edge - offset);
         };
         let (distance, speed) = (trend.distance - offset, trend.closing_speed);
@@ -214,7 +245,7 @@ impl CloudTracker {
         // What is not known of the distance counts for as much as it makes of the time.
         let apart = NINE_TENTHS * self.settings.method.range_noise / distance.max(self.settings.method.range_noise);
         let either_way = spread.hypot(speed * apart);
-        Tracked {
+        TrackedTtc {
             ttc: time(distance, speed),
             ttc_interval: Some([time(distance, speed + either_way), time(distance, speed - either_way)]),
             distance,
@@ -225,30 +256,18 @@ impl CloudTracker {
     }
 
     /// Nothing is ahead: the body that was there a moment ago goes on as it did.
-    fn coast(&self, stamp: f64) -> Tracked {
-        let Some(last) = self.track.sightings.last() else { return unknown(Status::Clear, f64::INFINITY) };
-        let Some(trend) = &self.track.trend else { return unknown(Status::Lost, f64::NAN) };
+    fn coast(&self, stamp: f64) -> TrackedTtc {
+        let Some(last) = self.track.present.sightings.last() else { return unknown(Status::Clear, f64::INFINITY) };
+        let Some(trend) = &self.track.present.trend else { return unknown(Status::Lost, f64::NAN) };
         let distance = trend.distance - trend.closing_speed * (stamp - last.stamp) - self.settings.front_offset;
         let ttc = time(distance, trend.closing_speed);
-        Tracked { ttc, closing_speed: trend.closing_speed, ..unknown(Status::Lost, distance) }
+        TrackedTtc { ttc, closing_speed: trend.closing_speed, ..unknown(Status::Lost, distance) }
     }
 }
 
-/// Whether a sighting is of the same body.
-fn continues(sightings: &[Sighting], trend: Option<&Trend>, now: &Sighting, jump: f64) -> bool {
-    let [.., last] = sightings else { return true };
-    let dt = now.stamp - last.stamp;
-    let (edge, speed) = match (trend, sightings) {
-        (Some(trend), _) => (trend.distance, trend.closing_speed),
-        (None, [.., before, last]) => (last.edge, (before.edge - last.edge) / (last.stamp - before.stamp)),
-        (None, _) => return (now.edge - last.edge).abs() <= jump + FASTEST * dt,
-    };
-    (now.edge - (edge - speed * dt)).abs() <= jump + HARDEST * dt * dt / 2.0
-}
-
 /// No time is known.
-fn unknown(status: Status, distance: f64) -> Tracked {
-    Tracked {
+fn unknown(status: Status, distance: f64) -> TrackedTtc {
+    TrackedTtc {
         ttc: f64::INFINITY,
         ttc_interval: None,
         distance,

@@ -1,6 +1,5 @@
 //! The motion that cells agree upon.
 
-use super::FEWEST;
 use super::witnesses::Witnesses;
 
 /// m/s^2, standard deviation of an acceleration where there is one: hard braking is 2 of them.
@@ -9,6 +8,8 @@ const ACCELERATION: f64 = 5.0;
 const ACCELERATES: f64 = 0.1;
 /// How many frames the belief is worth that frames differ by no more than their points do.
 const KNOWN_FIT: f64 = 2.0;
+/// Share of a closing speed that it may be off by, because rings pass from cell to cell.
+const SYSTEMATIC: f64 = 0.003;
 /// Less than any weight that matters.
 const NOTHING: f64 = 1e-12;
 
@@ -54,7 +55,7 @@ impl Fit {
         // What is known of the bend once the line is taken out.
         let (known, told) = ((qq - tq * tq / tt).max(0.0) / noise, (qy - tq * ty / tt) / noise);
         let mut misfit = 1.0;
-        if frames >= FEWEST && known > 0.0 {
+        if frames > 3 && known > 0.0 {
             let bend = told / known;
             let slope = (ty - tq * bend) / tt;
             misfit = excess(seen, time, weight, noise, frames - 3, |i, t| {
@@ -73,7 +74,10 @@ impl Fit {
         let odds = ACCELERATES / (1.0 - ACCELERATES) * evidence;
         let share = odds / (1.0 + odds);
         let apart = parabola - line;
-        let variance = scale * noise / tt + share * (tq / tt).powi(2) / sure + share * (1.0 - share) * apart * apart;
+        let variance = scale * noise / tt
+            + (SYSTEMATIC * line).powi(2)
+            + share * (tq / tt).powi(2) / sure
+            + share * (1.0 - share) * apart * apart;
         Some(Fit { speed: line + share * apart, bend: share * bend, variance, misfit })
     }
 }

@@ -78,7 +78,7 @@ pub struct Trend {
 /// Frames that differ by more than this, as a ratio of variances, do not move by one acceleration.
 const MISFIT: f64 = 2.0;
 /// Frames that a window is not shortened below.
-const FEWEST: usize = 4;
+const FEWEST: usize = 3;
 
 /// How the body moves; `None` where nothing tells.
 #[must_use]
