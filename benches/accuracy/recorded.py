@@ -1,4 +1,4 @@
-"""The recorded frames that methods are verified on. None was looked at to choose a setting."""
+"""The recorded frames that methods are verified on; docs/accuracy.md says which settings were seen on them before."""
 
 from __future__ import annotations
 
