@@ -13,6 +13,7 @@ from benches.case import Case, Entrant
 from benches.clouds import street
 from benches.clouds.cases import CASES as CLOUDS
 from benches.scans.cases import CASES as SCANS
+from benches.scans.rates import CASES as RATES
 from benches.table import Report, console, number, time_of
 from benches.timing import interleaved
 
@@ -28,6 +29,7 @@ SCAN_LEGEND = (
     "NumPy and numba have tables made once. numba: the loop of the F1TENTH gym's collision check, giving the least "
     "time and, for nearest, its beam."
 )
+RATE_LEGEND = "One scan after the other, each with its stamp, a room seen by a car that stands."
 CLOUD_LEGEND = f"Clouds: {street.SOURCE}. C++: one pass, then nth_element."
 
 
@@ -35,7 +37,11 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Measure what the arguments ask for, and print it."""
     arguments = _parser().parse_args(argv)
     reports = []
-    for title, legend, every in (("Scans", SCAN_LEGEND, SCANS), ("Clouds", CLOUD_LEGEND, CLOUDS)):
+    for title, legend, every in (
+        ("Scans", SCAN_LEGEND, SCANS),
+        ("Range rates", RATE_LEGEND, RATES),
+        ("Clouds", CLOUD_LEGEND, CLOUDS),
+    ):
         if cases := [case for case in every if arguments.only in str(case)]:
             reports.append(side_by_side(title, LEGEND + legend, list(cases), arguments.rounds))
     if arguments.latency:

@@ -24,6 +24,10 @@ _PER_BEAM = (
     "no faster than AVX2. Over 1080 beams two thirds of the bare copy are its call through ctypes, so that row "
     "flatters: beside the bandwidth alone it is about 0.1."
 )
+_RATES = (
+    "Arithmetic bounds it: about forty operations in float64 for each beam and remembered scan (6 of them at 10 Hz, 21 "
+    "at 40 Hz), and what is summed up for a beam does not fit in the registers."
+)
 _BATCH = (
     "Each row is a search of its own, and takes about what the kernel takes for a single scan of 1080 beams; reading "
     "the bytes takes a small part of that."
@@ -52,6 +56,7 @@ WHY: dict[tuple[str, str | None], str] = {
     ("min 65536", None): _LONG_SCAN,
     ("min ", None): _SHORT_SCAN,
     ("per_beam", None): _PER_BEAM,
+    ("RangeRate", None): _RATES,
     ("KthSmallest(k=20) 1M float32 all equal", None): (
         "Every point ties with the k-th smallest, so that no bound excludes any: all of them are kept, and thinned "
         "out again and again."

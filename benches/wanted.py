@@ -10,7 +10,7 @@ from benches.clouds import cases as clouds
 from benches.clouds import jobs as estimators
 from benches.clouds import street
 from benches.goal import Goal, at_level, faster, within
-from benches.scans import jobs
+from benches.scans import jobs, rates
 from benches.scans.cases import TIES, WALL
 from benches.scans.cases import Case as Scan
 
@@ -52,6 +52,7 @@ GROUPS: list[list[Goal]] = [
         within(case, Scan(jobs.TURNING, 1080, scene=case.scene), 4, "min, same scans")
         for case in (Scan(jobs.NEAREST_TURNING, 1080), WALL, TIES)
     ],
+    *([faster(rates.Case(1080, hertz), "reference", 20)] for hertz in (10, 40)),
     _per_beam(1080),
     _per_beam(65_536),
     [faster(_BATCH, "NumPy", 33), faster(_BATCH, native.READ, 0.5)],

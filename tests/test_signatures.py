@@ -14,7 +14,7 @@ import ttc_fast
 from ttc_fast import reference
 
 # Results are only ever received, so what counts is what they offer, not how they are made.
-RESULTS = ["CloudTTC", "Counts", "CountsBatch", "MinX", "Nearest", "NearestBatch", "RoadFit", "TrackedTTC"]
+RESULTS = ["CloudTTC", "Counts", "CountsBatch", "MinX", "Nearest", "NearestBatch", "RangeRateNearest", "RoadFit", "TrackedTTC"]
 
 # The instruction-set level of the kernels: NumPy has its own.
 KERNELS_ONLY = {"SIMD_LEVEL"}
@@ -47,6 +47,7 @@ def example(module: Any, name: str) -> Any:
         "MinX": cloud.current,
         "Nearest": batch[0],
         "NearestBatch": batch,
+        "RangeRateNearest": module.RangeRate(scan).update(np.ones(3), 0.0),
         "RoadFit": module.fit_road(np.ones((12, 3))),
         "TrackedTTC": module.CloudTracker().update(np.ones((12, 3)), 0.0),
     }[name]
@@ -72,6 +73,13 @@ def test_the_same_methods(method: str) -> None:
 
 def test_a_scanner_offers_the_same() -> None:
     assert public(ttc_fast.ScanTTC) == public(reference.ScanTTC) == {*METHODS, "beams", "angles"}
+
+
+@pytest.mark.parametrize("method", ["update", "reset"])
+def test_the_same_methods_of_range_rates(method: str) -> None:
+    kernel, specified = getattr(ttc_fast.RangeRate, method), getattr(reference.RangeRate, method)
+    assert parameters(kernel) == parameters(specified)
+    assert public(ttc_fast.RangeRate) == public(reference.RangeRate) == {"update", "reset", "scan"}
 
 
 @pytest.mark.parametrize("name", RESULTS)

@@ -27,6 +27,8 @@ __all__ = [
     "NeighbourSupport",
     "NoDataError",
     "Quantile",
+    "RangeRate",
+    "RangeRateNearest",
     "Road",
     "RoadFit",
     "ScanTTC",
@@ -289,6 +291,80 @@ class ScanTTC:
     @property
     def angles(self) -> NDArray[np.float64]: ...
     def __getnewargs_ex__(self) -> tuple[tuple[float, float, int], dict[str, object]]: ...
+
+@final
+class RangeRateNearest:
+    @property
+    def ttc(self) -> float: ...
+    @property
+    def status(self) -> Status: ...
+    @property
+    def beam(self) -> int: ...
+    @property
+    def angle(self) -> float: ...
+    @property
+    def range(self) -> float: ...
+    @property
+    def clearance(self) -> float: ...
+    @property
+    def closing_speed(self) -> float: ...
+    @property
+    def standard_error(self) -> float: ...
+    @property
+    def counts(self) -> Counts: ...
+    @property
+    def rated(self) -> int: ...
+    @property
+    def unrated(self) -> int: ...
+    @property
+    def nearest_unrated(self) -> float: ...
+
+@final
+class RangeRate:
+    def __new__(
+        cls,
+        scan: ScanTTC,
+        *,
+        window: _Number = 0.5,
+        min_scans: int = 4,
+        noise: _Number = 0.01,
+        max_speed: _Number = 20.0,
+        max_acceleration: _Number = 5.0,
+        gate: _Number = 3.0,
+        significance: _Number = 3.0,
+        edge: _Number = 0.2,
+        minimum: KthSmallest | NeighbourSupport | None = None,
+    ) -> Self: ...
+    @overload
+    def update(
+        self,
+        ranges: NDArray[_FloatT],
+        stamp: _Number,
+        yaw_rate: _Number = 0.0,
+        *,
+        range_rate_out: NDArray[_FloatT] | None = None,
+        standard_error_out: NDArray[_FloatT] | None = None,
+        status_out: NDArray[np.uint8] | None = None,
+    ) -> RangeRateNearest: ...
+    @overload
+    def update(
+        self,
+        ranges: _Buffer,
+        stamp: _Number,
+        yaw_rate: _Number = 0.0,
+        *,
+        range_rate_out: NDArray[_Float] | None = None,
+        standard_error_out: NDArray[_Float] | None = None,
+        status_out: NDArray[np.uint8] | None = None,
+    ) -> RangeRateNearest: ...
+    def reset(self) -> None: ...
+    @property
+    def scan(self) -> ScanTTC: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[ScanTTC], dict[str, object]]: ...
+    def __getstate__(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
+    def __setstate__(
+        self, state: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], /
+    ) -> None: ...
 
 _Intensity: TypeAlias = np.uint8 | np.uint16 | np.float32 | np.float64
 _Column: TypeAlias = NDArray[_Float]

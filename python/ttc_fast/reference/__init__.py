@@ -8,6 +8,7 @@ nothing clever. Read it in this order:
 - ``readings``: what a number in ``ranges`` means
 - ``vote``: which beam decides
 - ``scan`` and ``bare``: these put together, as ``ScanTTC`` and ``ittc``
+- ``range_rate``: closing speeds from scan to scan instead of from the vehicle's speed, as ``RangeRate``
 - ``results`` and ``arguments``: what comes out, and what may go in
 
 and for point clouds:
@@ -43,6 +44,7 @@ from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.bare import ittc
 from ttc_fast.reference.cloud import MinX, robust_min_x
 from ttc_fast.reference.cloud_tracker import CloudTracker, TrackedTTC
+from ttc_fast.reference.range_rate import RangeRate, RangeRateNearest
 from ttc_fast.reference.results import Counts, CountsBatch, Nearest, NearestBatch
 from ttc_fast.reference.road import RoadFit, fit_road
 from ttc_fast.reference.scan import ScanTTC
@@ -69,6 +71,8 @@ __all__ = [
     "NeighbourSupport",
     "NoDataError",
     "Quantile",
+    "RangeRate",
+    "RangeRateNearest",
     "Road",
     "RoadFit",
     "RoadStatus",

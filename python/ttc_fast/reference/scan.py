@@ -72,6 +72,7 @@ class ScanTTC:
         threads: int = 1,
     ) -> None:
         self._angles = checked_angles(angle_min, angle_increment, beams)
+        self._angle_increment = float(angle_increment)
         self._rules = checked_rules(range_min, range_max, limits, limits_policy, too_close)
         self._mount = checked_mount(mount)
         self._cos, self._sin = directions(self._angles + self._mount.yaw)

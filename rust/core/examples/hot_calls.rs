@@ -9,18 +9,20 @@ use ttc_fast_core::cloud::{Detection, Estimator, Gate, Points, robust_min_x};
 use ttc_fast_core::column::{Column, ColumnMut, Table};
 use ttc_fast_core::ittc::{Rate, Speeds, ittc};
 use ttc_fast_core::real::Real;
+use ttc_fast_core::scan::range_rate::{Outputs, RangeRate, RateSettings};
 use ttc_fast_core::scan::{Motion, Mount, Outline, Range, ScanTtc, Settings};
 use ttc_fast_core::simd::Level;
 
 /// A name, and what makes the call a number of times.
 type Call = (&'static str, fn(usize));
 
-const CALLS: [Call; 11] = [
+const CALLS: [Call; 12] = [
     ("ScanTTC.min, straight", |times| min::<f32>(STRAIGHT, times)),
     ("ScanTTC.min, turning", |times| min::<f32>(TURNING, times)),
     ("ScanTTC.min, float64", |times| min::<f64>(STRAIGHT, times)),
     ("ScanTTC.nearest", nearest),
     ("ScanTTC.per_beam", per_beam),
+    ("RangeRate.update", range_rate),
     ("ittc", ittc_of_beams),
     ("KthSmallest", |times| nearest_ahead(KTH_SMALLEST, 16, times)),
     ("KthSmallest, packed records", |times| nearest_ahead(KTH_SMALLEST, 22, times)),
@@ -31,6 +33,9 @@ const CALLS: [Call; 11] = [
 
 /// Calls see frames in turn, so that the count rests on more than the luck of one.
 const FRAMES: usize = 4;
+
+/// More scans than a window has: from then on every call has as many to fit a line to.
+const REMEMBERED: usize = 8;
 
 const BEAMS: usize = 1080;
 const STRAIGHT: Motion = Motion { speed: 5.0, yaw_rate: 0.0, lateral_speed: 0.0 };
@@ -76,6 +81,18 @@ fn per_beam(times: usize) {
         scan.per_beam(Column::new(ranges), STRAIGHT, &mut ColumnMut::new(&mut out), None).expect("lengths agree");
         assert!(black_box(&out)[BEAMS / 2] > 0.0);
     });
+}
+
+fn range_rate(times: usize) {
+    let mut rates = RangeRate::new(scanner(), RateSettings::default()).expect("the settings make sense");
+    let rooms = rooms::<f32>(&scanner());
+    let mut update = |scan: usize| {
+        let (room, stamp) = (Column::new(&rooms[0]), 0.1 * scan as f64);
+        rates.update(room, stamp, 0.0, &mut Outputs::default()).expect("one range for each beam")
+    };
+    for scan in 0..REMEMBERED + times {
+        assert_eq!(black_box(update(scan)).rated > 0, scan > 2);
+    }
 }
 
 fn ittc_of_beams(times: usize) {

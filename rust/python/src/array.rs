@@ -161,6 +161,23 @@ impl<'py> Floats<'py> {
         Ok(unsafe { TableMut::from_raw(start, (rows, columns), (row_stride, stride)) })
     }
 
+    /// The same for an output that may be missing, and that must be apart from `others` and from this array itself.
+    pub fn separate_output<T: Element>(
+        &self,
+        argument: &str,
+        object: Option<&Bound<'py, PyAny>>,
+        others: &[Option<&Bound<'py, PyAny>>],
+    ) -> PyResult<Option<TableMut<'py, T>>> {
+        let Some(object) = object else { return Ok(None) };
+        let table = self.output(argument, object)?;
+        let array = object.cast::<PyUntypedArray>()?;
+        refuse_shared(argument, array, "the input", &self.array)?;
+        for other in others.iter().flatten() {
+            refuse_shared(argument, array, "another output", other.cast()?)?;
+        }
+        Ok(Some(table))
+    }
+
     /// An output must not overlap itself, nor a shifted part of the input.
     fn refuse_overlap(&self, argument: &str, output: &Array<'py>) -> PyResult<()> {
         if !is_injective(output) {

@@ -18,6 +18,7 @@ mod minimum;
 mod motion;
 mod nearest;
 mod points;
+mod range_rate;
 mod road;
 mod scan;
 mod tracked;
@@ -37,6 +38,8 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<nearest::Nearest>()?;
     m.add_class::<nearest::NearestBatch>()?;
     m.add_class::<scan::ScanTTC>()?;
+    m.add_class::<range_rate::RangeRate>()?;
+    m.add_class::<range_rate::RangeRateNearest>()?;
     m.add_function(wrap_pyfunction!(ittc::ittc, m)?)?;
     m.add_class::<estimator::Minimum>()?;
     m.add_class::<estimator::KthSmallest>()?;

@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use std::sync::Arc;
 use ttc_fast_core::scan;
 
-fn index(beam: Option<usize>) -> i64 {
+/// A beam as Python counts it, -1 for none.
+pub fn index(beam: Option<usize>) -> i64 {
     beam.map_or(-1, |beam| i64::try_from(beam).unwrap_or(-1))
 }
 
@@ -33,7 +34,7 @@ fn index(beam: Option<usize>) -> i64 {
 /// contact : int
 ///     Readings inside the outline.
 #[pyclass(frozen, module = "ttc_fast")]
-pub struct Counts(scan::Counts);
+pub struct Counts(pub scan::Counts);
 
 /// ``Counts`` of a batch: the same names, each a uint32 array of shape (B,).
 #[pyclass(frozen, module = "ttc_fast")]
@@ -45,7 +46,7 @@ macro_rules! counts {
         impl Counts {
             $(#[getter] fn $name(&self) -> u32 { self.0.$name })*
 
-            fn __repr__(&self) -> String {
+            pub fn __repr__(&self) -> String {
                 let fields = [$(format!(concat!(stringify!($name), "={}"), self.0.$name)),*];
                 format!("Counts({})", fields.join(", "))
             }

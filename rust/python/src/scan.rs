@@ -442,6 +442,11 @@ impl ScanTTC {
 }
 
 impl ScanTTC {
+    /// What the kernels know of it.
+    pub fn core(&self) -> &ScanTtc {
+        &self.scan
+    }
+
     fn min_one<T: Range>(&self, py: Python<'_>, ranges: Column<'_, T>, motion: Motion) -> PyResult<f64> {
         let least = release(py, ranges.len(), || self.scan.min(ranges, motion)).map_err(value_error)?;
         least.or(self.no_data).ok_or_else(|| no_data(None))

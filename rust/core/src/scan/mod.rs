@@ -7,6 +7,7 @@
 
 mod geometry;
 mod per_beam;
+pub mod range_rate;
 mod reading;
 mod search;
 mod tables;

@@ -101,9 +101,10 @@ pub(super) fn winner(
             let place = k.checked_sub(1).filter(|place| *place < closing.len())?;
             Some(*closing.select_nth_unstable_by(place, Best::order).1)
         }
-        Minimum::Neighbours(neighbours) => {
-            closing.into_iter().filter(|best| neighbours.support(best.beam, beams, &usable)).min_by(Best::order)
-        }
+        Minimum::Neighbours(neighbours) => closing.into_iter().fold(None, |best, each| {
+            let sooner = best.is_none_or(|best| each.precedes(&best));
+            if sooner && neighbours.support(each.beam, beams, &usable) { Some(each) } else { best }
+        }),
     }
 }
 

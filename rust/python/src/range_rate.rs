@@ -1,0 +1,360 @@
+//! `RangeRate`.
+
+use crate::array::{Element, Floats, Numbers, as_array};
+use crate::enums;
+use crate::errors::value_error;
+use crate::gil::release;
+use crate::minimum::minimum;
+use crate::motion::number;
+use crate::nearest::{Counts, index};
+use crate::scan::ScanTTC;
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use ttc_fast_core::column::Column;
+use ttc_fast_core::scan::Range;
+use ttc_fast_core::scan::range_rate::{self, Outputs, RateSettings, RatedNearest, State};
+
+/// The range rate of each beam of a laser scanner, from its last scans, and the time-to-collision that follows.
+///
+/// For cars without odometry, and for obstacles that move by themselves, which ``ScanTTC`` takes to stand still. Each scan
+/// goes through ``update``, with its stamp; a line is fitted to the last readings of every beam, as far back as they belong to
+/// one surface, and its slope is the range rate. Not for two threads at once.
+///
+/// Parameters
+/// ----------
+/// scan : ScanTTC
+///     The scanner. Its range, limits, outline, mask, ``too_close`` and ``min_closing_speed`` hold here too; its ``no_data`` and
+///     ``minimum`` do not.
+/// window : float
+///     A rate is fitted to the scans of so many seconds, at most 60, and of the last 64 scans. Longer is steadier and later: the
+///     rate is that of the middle of the window. A longer gap between two scans is STALE, and everything starts anew.
+/// min_scans : int
+///     A beam has no rate before so many readings of one surface, from 3 to 64.
+/// noise : float
+///     Standard deviation of a reading, m.
+/// max_speed : float
+///     A range that changes faster, m/s, is that of another surface.
+/// max_acceleration : float
+///     A range whose rate changes faster, m/s^2, is that of another surface.
+/// gate : float
+///     By so many standard deviations of the noise readings may be off before they belong to another surface, or to no line.
+/// significance : float
+///     A beam closes when its closing speed is more than so many standard errors (and more than ``min_closing_speed``).
+/// edge : float
+///     Neighbouring beams whose ranges differ by more, m, see different surfaces. Only used while turning.
+/// minimum : KthSmallest or NeighbourSupport, optional
+///     How a speckle is outvoted, among the beams that close. By default ``NeighbourSupport(count=6, window=4)``: at least 6 of
+///     the 8 beams around must close as well. ``KthSmallest(1)`` takes the plain nearest.
+///
+/// Raises
+/// ------
+/// TypeError
+///     If ``scan`` is not a ``ScanTTC``, or a setting is of the wrong type.
+/// ValueError
+///     If a setting makes no sense; the message names it and says what would be right.
+///
+/// Notes
+/// -----
+/// Least squares: rate = sum (t - mean t)(r - mean r) / sum (t - mean t)^2, and its standard error is the square root of
+/// s^2 / sum (t - mean t)^2, where s is ``noise`` or the scatter about the line, whichever is larger.
+///
+/// The rate is that of what the beam sees, not of a point. For a flat wall, seen under any angle by a sensor that does not
+/// turn, range / closing speed is the time in which the sensor reaches the wall's plane; a wall that it drives along has rate 0,
+/// where ``ScanTTC`` sees it closing. Along an edge or a round thing that a beam slides over, ranges change although nothing comes
+/// closer. Turning changes every range as well: give ``update`` the yaw rate, of a gyro for instance.
+///
+/// Examples
+/// --------
+/// A box that comes at 2 m/s, seen at 10 Hz by a sensor that stands:
+///
+/// >>> import numpy as np, ttc_fast
+/// >>> scan = ttc_fast.ScanTTC(-0.15, 0.02, 16, range_min=0.06, range_max=30.0)
+/// >>> rates = ttc_fast.RangeRate(scan)
+/// >>> for frame in range(5):
+/// ...     nearest = rates.update(np.full(16, 8.0 - 0.2 * frame), 1700000000.0 + 0.1 * frame)
+/// >>> nearest.status.name, round(nearest.closing_speed, 3), round(nearest.ttc, 3)
+/// ('CLOSING', 2.0, 3.6)
+#[pyclass(module = "ttc_fast")]
+pub struct RangeRate {
+    rates: range_rate::RangeRate,
+    scan: Py<ScanTTC>,
+    minimum: Option<Py<PyAny>>,
+}
+
+#[pymethods]
+impl RangeRate {
+    #[new]
+    #[pyo3(signature = (scan, *, window=0.5, min_scans=4, noise=0.01, max_speed=20.0, max_acceleration=5.0, gate=3.0,
+                        significance=3.0, edge=0.2, minimum=None))]
+    #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
+    fn new(
+        scan: Bound<'_, ScanTTC>,
+        window: f64,
+        min_scans: i64,
+        noise: f64,
+        max_speed: f64,
+        max_acceleration: f64,
+        gate: f64,
+        significance: f64,
+        edge: f64,
+        minimum: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let default = RateSettings::default();
+        let settings = RateSettings {
+            window,
+            min_scans: usize::try_from(min_scans).unwrap_or(0),
+            noise,
+            max_speed,
+            max_acceleration,
+            gate,
+            significance,
+            edge,
+            minimum: minimum.as_ref().map_or(Ok(default.minimum), self::minimum)?,
+        };
+        let rates = range_rate::RangeRate::new(scan.get().core().clone(), settings).map_err(value_error)?;
+        Ok(RangeRate { rates, scan: scan.unbind(), minimum: minimum.map(Bound::unbind) })
+    }
+
+    /// Take the next scan, and find the nearest beam in time by its own range rate.
+    ///
+    /// Parameters
+    /// ----------
+    /// ranges : ndarray, float32 or float64, shape (beams,)
+    ///     m; read in place, whatever the stride and alignment. NaN, infinities and readings outside the sensor's range are
+    ///     skipped: a beam goes on where it sees the same surface again within the window.
+    /// stamp : float
+    ///     When the scan was taken, s; of any epoch. Stamps of the sensor's clock, not of arrival: their jitter is noise.
+    /// yaw_rate : float
+    ///     Counter-clockwise, rad/s, since the scan before. Without it a scan while turning gives rates that are wrong where a
+    ///     beam slides along a slanted surface, or none.
+    /// range_rate_out, standard_error_out : ndarray of the dtype and shape of ``ranges``, optional
+    ///     Where to write the range rate of each beam, m/s, positive when opening, and its standard error; NaN where unknown. Input
+    ///     for ``ittc(ranges, range_rate=...)``, which is INVALID and infinite where the rate is NaN.
+    /// status_out : uint8 ndarray of the shape of ``ranges``, optional
+    ///     Where to write the ``Status`` of each beam: CLOSING (significantly), NOT_CLOSING, WARMING_UP where the rate is unknown
+    ///     (too few readings of one surface, or none on a line), CONTACT, CLEAR for free space and beyond the limits, NO_DATA where
+    ///     masked, INVALID where the reading says nothing.
+    ///
+    /// Returns
+    /// -------
+    /// RangeRateNearest
+    ///     A scan whose stamp is not after the last one's is INVALID, and changes nothing. One after a gap longer than the window is
+    ///     STALE, unless nothing valid was observed (NO_DATA). WARMING_UP: no beam has a rate yet.
+    ///
+    /// Raises
+    /// ------
+    /// TypeError
+    ///     If ``ranges`` or an output has another dtype, or a number is none.
+    /// ValueError
+    ///     If ``ranges`` or an output has another shape, or a number is not finite. The scan is then not taken.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> rates = ttc_fast.RangeRate(ttc_fast.ScanTTC(-0.15, 0.02, 16))
+    /// >>> range_rate = np.empty(16, np.float32)
+    /// >>> for frame in range(5):
+    /// ...     ranges = np.full(16, 8.0 - 0.2 * frame, np.float32)
+    /// ...     nearest = rates.update(ranges, 0.1 * frame, range_rate_out=range_rate)
+    /// >>> nearest.rated, nearest.unrated
+    /// (16, 0)
+    /// >>> ttc_fast.ittc(ranges, range_rate=range_rate)[:2].round(3)
+    /// array([3.6, 3.6], dtype=float32)
+    #[pyo3(signature = (ranges, stamp, yaw_rate=None, *, range_rate_out=None, standard_error_out=None, status_out=None),
+           text_signature = "($self, ranges, stamp, yaw_rate=0.0, *, range_rate_out=None, standard_error_out=None, \
+               status_out=None)")]
+    #[allow(clippy::too_many_arguments, reason = "arguments of a Python method")]
+    fn update<'py>(
+        &mut self,
+        py: Python<'py>,
+        ranges: &Bound<'py, PyAny>,
+        stamp: &Bound<'py, PyAny>,
+        yaw_rate: Option<&Bound<'py, PyAny>>,
+        range_rate_out: Option<&Bound<'py, PyAny>>,
+        standard_error_out: Option<&Bound<'py, PyAny>>,
+        status_out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<RangeRateNearest> {
+        let stamp = number("stamp", stamp)?;
+        let yaw_rate = yaw_rate.map_or(Ok(0.0), |value| number("yaw_rate", value))?;
+        let array = as_array("ranges", ranges)?;
+        if array.ndim() != 1 {
+            let shape = array.shape();
+            return Err(PyValueError::new_err(format!("ranges must be one scan, of shape (beams,), got {shape:?}")));
+        }
+        let ranges = Floats::view("ranges", array)?;
+        let outs = Outs { range_rate: range_rate_out, standard_error: standard_error_out, status: status_out };
+        let nearest = match ranges.numbers() {
+            Numbers::Single(table) => self.take(py, &ranges, table.row(0), (stamp, yaw_rate), &outs),
+            Numbers::Double(table) => self.take(py, &ranges, table.row(0), (stamp, yaw_rate), &outs),
+        }?;
+        Ok(RangeRateNearest(nearest))
+    }
+
+    /// Forget every scan, as after the vehicle was carried away.
+    ///
+    /// Returns
+    /// -------
+    /// None
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> rates = ttc_fast.RangeRate(ttc_fast.ScanTTC(0.0, 0.1, 3))
+    /// >>> _ = rates.update(np.ones(3), 7.0)
+    /// >>> rates.reset()
+    /// >>> rates.update(np.ones(3), 5.0).status.name
+    /// 'WARMING_UP'
+    fn reset(&mut self) {
+        self.rates.reset();
+    }
+
+    /// The scanner.
+    #[getter]
+    fn scan(&self, py: Python<'_>) -> Py<ScanTTC> {
+        self.scan.clone_ref(py)
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        let settings = self.rates.settings();
+        let keywords = PyDict::new(py);
+        keywords.set_item("window", settings.window)?;
+        keywords.set_item("min_scans", settings.min_scans)?;
+        keywords.set_item("noise", settings.noise)?;
+        keywords.set_item("max_speed", settings.max_speed)?;
+        keywords.set_item("max_acceleration", settings.max_acceleration)?;
+        keywords.set_item("gate", settings.gate)?;
+        keywords.set_item("significance", settings.significance)?;
+        keywords.set_item("edge", settings.edge)?;
+        keywords.set_item("minimum", self.minimum.as_ref())?;
+        Ok(((self.scan.clone_ref(py),).into_pyobject(py)?, keywords))
+    }
+
+    /// What is remembered: stamps, headings and readings.
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let State { stamps, headings, readings } = self.rates.state();
+        let shape = [stamps.len(), self.scan.get().core().settings().beams];
+        let readings = PyArray1::from_vec(py, readings).reshape(shape)?;
+        (PyArray1::from_vec(py, stamps), PyArray1::from_vec(py, headings), readings).into_pyobject(py)
+    }
+
+    fn __setstate__(&mut self, state: Remembered<'_>) -> PyResult<()> {
+        let (stamps, headings, readings) = state;
+        let state = State { stamps: stamps.to_vec()?, headings: headings.to_vec()?, readings: readings.to_vec()? };
+        self.rates.restore(&state).map_err(value_error)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (_, keywords) = self.__getnewargs_ex__(py)?;
+        let mut parts = vec![self.scan.bind(py).repr()?.to_string()];
+        for (name, value) in keywords {
+            if !value.is_none() {
+                parts.push(format!("{name}={}", value.repr()?));
+            }
+        }
+        Ok(format!("RangeRate({})", parts.join(", ")))
+    }
+}
+
+impl RangeRate {
+    fn take<T: Range + Element>(
+        &mut self,
+        py: Python<'_>,
+        array: &Floats<'_>,
+        ranges: Column<'_, T>,
+        (stamp, yaw_rate): (f64, f64),
+        outs: &Outs<'_, '_>,
+    ) -> PyResult<RatedNearest> {
+        let [mut range_rate, mut standard_error] = [
+            array.separate_output::<T>("range_rate_out", outs.range_rate, &[])?,
+            array.separate_output::<T>("standard_error_out", outs.standard_error, &[outs.range_rate])?,
+        ];
+        let others = [outs.range_rate, outs.standard_error];
+        let mut status = array.separate_output::<u8>("status_out", outs.status, &others)?;
+        let mut outputs = Outputs {
+            range_rate: range_rate.as_mut().map(|table| table.row(0)),
+            standard_error: standard_error.as_mut().map(|table| table.row(0)),
+            status: status.as_mut().map(|table| table.row(0)),
+        };
+        let work = || self.rates.update(ranges, stamp, yaw_rate, &mut outputs);
+        release(py, ranges.len(), work).map_err(value_error)
+    }
+}
+
+/// Stamps, headings and readings.
+type Remembered<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// The arrays to write to, as they came.
+struct Outs<'a, 'py> {
+    range_rate: Option<&'a Bound<'py, PyAny>>,
+    standard_error: Option<&'a Bound<'py, PyAny>>,
+    status: Option<&'a Bound<'py, PyAny>>,
+}
+
+/// The beam that comes nearest in time by its own range rate, and everything that says why.
+///
+/// Attributes
+/// ----------
+/// ttc : float
+///     Least time-to-collision, s, in [0, inf].
+/// status : Status
+///     What it means. TOO_FEW: beams close, but too few for the vote of ``minimum``; the plain least is given.
+/// beam : int
+///     The beam that decided: the one of ``ttc``, else the first in contact, else -1.
+/// angle : float
+///     Direction of that beam in the sensor frame, rad. NaN without a beam, as all that follows.
+/// range : float
+///     Its reading, m.
+/// clearance : float
+///     What is left of it outside the outline, m.
+/// closing_speed : float
+///     How fast its range shrinks, m/s: the negative of its range rate. NaN where that is unknown.
+/// standard_error : float
+///     Of that speed, m/s.
+/// counts : Counts
+///     How often each case of a reading occurred.
+/// rated : int
+///     Beams whose range rate is known.
+/// unrated : int
+///     Beams that see something whose range rate is unknown. What has just come into view is among them, whatever ``ttc`` says.
+/// nearest_unrated : float
+///     Least clearance of those, m; infinite without one.
+#[pyclass(frozen, module = "ttc_fast")]
+pub struct RangeRateNearest(RatedNearest);
+
+macro_rules! numbers {
+    ($($name:ident: $kind:ty),*) => {
+        #[pymethods]
+        impl RangeRateNearest {
+            $(#[getter] fn $name(&self) -> $kind { self.0.$name })*
+
+            #[getter]
+            fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                enums::status(py, self.0.status)
+            }
+
+            #[getter]
+            fn beam(&self) -> i64 {
+                index(self.0.beam)
+            }
+
+            #[getter]
+            fn counts(&self) -> Counts {
+                Counts(self.0.counts)
+            }
+
+            fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+                let status = self.status(py)?.getattr("name")?;
+                let fields = [$(format!(concat!(stringify!($name), "={}"), self.0.$name)),*];
+                let (beam, counts) = (self.beam(), self.counts().__repr__());
+                Ok(format!("RangeRateNearest(status={status}, beam={beam}, {}, counts={counts})", fields.join(", ")))
+            }
+        }
+    };
+}
+
+numbers!(
+    ttc: f64, angle: f64, range: f64, clearance: f64, closing_speed: f64, standard_error: f64, rated: u32, unrated: u32,
+    nearest_unrated: f64
+);
