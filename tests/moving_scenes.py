@@ -1,4 +1,4 @@
-"""A small scanner in a world of walls and moving discs, with exact truth: for tests of what comes from successive scans."""
+"""A small scanner in a world of walls and moving discs, with exact truth."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class World:
     dropouts: float = 0.0
     seed: int = 1
     start_stamp: float = 1.7e9
-    angles: NDArray[np.float64] = field(default_factory=lambda: ANGLE_MIN + INCREMENT * np.arange(BEAMS))
+    angles: NDArray[Any] = field(default_factory=lambda: ANGLE_MIN + INCREMENT * np.arange(BEAMS))
 
     def scans(self, frames: int, dtype: Any = np.float32) -> Iterator[tuple[NDArray[Any], float]]:
         """Ranges and stamps."""

@@ -1,4 +1,4 @@
-"""What `RangeRate` promises: what moves by itself is seen to close, and edges, noise, turning and bad scans invent nothing."""
+"""What `RangeRate` promises: what comes by itself closes, and edges, noise, turning and bad scans invent nothing."""
 
 from __future__ import annotations
 
@@ -220,7 +220,8 @@ def test_a_repeated_or_reordered_scan_changes_nothing(elapsed: float) -> None:
         rate, status = np.zeros(BEAMS, np.float32), np.zeros(BEAMS, np.uint8)
         said = disturbed.update(ranges * 0.5, stamp + elapsed, range_rate_out=rate, status_out=status)
         assert (said.ttc, said.status, said.beam) == (math.inf, Status.INVALID, -1)
-        assert np.isnan(rate).all() and (status == Status.INVALID).all()
+        assert np.isnan(rate).all()
+        assert (status == Status.INVALID).all()
 
 
 def test_after_a_long_gap_everything_starts_anew() -> None:

@@ -22,7 +22,7 @@ MODULES: dict[str, ModuleType] = {"ttc_fast": ttc_fast, "reference": reference}
 
 @dataclass(frozen=True)
 class Case:
-    """A scanner of some size that turns so many times a second. Light: scans and contestants are made when asked for."""
+    """A scanner of some size that turns so many times a second. Light: scans are made when asked for."""
 
     beams: int
     hertz: int

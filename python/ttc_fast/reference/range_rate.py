@@ -234,7 +234,7 @@ class RangeRate:
         return _Rates(np.where(known, -slope, np.nan), np.where(known, error, np.nan))
 
     def _turned(self, scan: _Scan, heading: float) -> Floats:
-        """What a scan measured in the directions in which the beams point now."""
+        """Give what a scan measured in the directions in which the beams point now."""
         turned = heading - scan.heading
         if turned == 0:
             return scan.readings
@@ -250,9 +250,7 @@ class RangeRate:
         between: Floats = first + part * (second - first)
         return np.where(np.abs(second - first) <= self._edge, between, first if part < 0.5 else second)
 
-    def _judged(
-        self, ranges: NDArray[Any], rates: _Rates, stale: bool
-    ) -> tuple[NDArray[np.uint8], RangeRateNearest]:
+    def _judged(self, ranges: NDArray[Any], rates: _Rates, stale: bool) -> tuple[NDArray[np.uint8], RangeRateNearest]:
         """Give the status of each beam, and the nearest."""
         scan = self._scan
         usable = scan._rules.usable(ranges).astype(np.float64)

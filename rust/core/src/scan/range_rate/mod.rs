@@ -196,3 +196,66 @@ fn past<'a>(history: &'a History, turned: &'a mut Vec<f64>, scan: &ScanTtc, edge
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Outputs, RangeRate, RateSettings, RatedNearest, State};
+    use crate::column::{Column, ColumnMut};
+    use crate::scan::{ScanTtc, Settings};
+    use crate::simd::Level;
+    use crate::status::Status;
+
+    const BEAMS: usize = 75;
+
+    fn rates(level: Level) -> RangeRate {
+        let scan = ScanTtc::new(Settings::new(-0.5, 0.01, BEAMS), level).unwrap();
+        RangeRate::new(scan, RateSettings::default()).unwrap()
+    }
+
+    /// Scan `frame` of a box in front of a wall, which comes at 2 m/s, at 10 Hz; some readings are missing.
+    fn update(rates: &mut RangeRate, frame: usize, yaw_rate: f64) -> (RatedNearest, Vec<f32>) {
+        let reading = |beam: usize| match beam {
+            _ if (beam * 7 + frame * 3).is_multiple_of(11) => f32::NAN,
+            20..50 => 5.0 - 0.2 * frame as f32,
+            _ => 9.0 + 0.003 * (beam * 13 % 7) as f32,
+        };
+        let ranges: Vec<f32> = (0..BEAMS).map(reading).collect();
+        let mut out = vec![0.0; BEAMS];
+        let mut outputs = Outputs { range_rate: Some(ColumnMut::new(&mut out)), ..Outputs::default() };
+        let said = rates.update(Column::new(&ranges), 1.7e9 + 0.1 * frame as f64, yaw_rate, &mut outputs).unwrap();
+        (said, out)
+    }
+
+    #[test]
+    fn what_comes_closes_and_what_stands_does_not() {
+        let mut rates = rates(Level::best());
+        (0..7).for_each(|frame| assert!(update(&mut rates, frame, 0.0).0.rated > 0 || frame < 3));
+        let (said, each) = update(&mut rates, 7, 0.0);
+        assert_eq!(said.status, Status::Closing);
+        assert!((said.ttc - 1.8).abs() < 1e-4 && (20..50).contains(&said.beam.unwrap()), "{said:?}");
+        assert!(each.iter().enumerate().all(|(beam, rate)| {
+            let expected = if (20..50).contains(&beam) { -2.0 } else { 0.0 };
+            rate.is_nan() || (rate - expected).abs() < 1e-3
+        }));
+    }
+
+    #[test]
+    fn every_level_says_the_same() {
+        let mut every: Vec<RangeRate> = Level::all().into_iter().map(rates).collect();
+        for frame in 0..12 {
+            let said: Vec<String> =
+                every.iter_mut().map(|rates| format!("{:?}", update(rates, frame, 0.3 * (frame % 3) as f64))).collect();
+            assert!(said.iter().all(|other| *other == said[0]), "{said:?}");
+        }
+    }
+
+    #[test]
+    fn a_state_goes_on_and_a_wrong_one_is_refused() {
+        let (mut first, mut second) = (rates(Level::best()), rates(Level::best()));
+        (0..5).for_each(|frame| drop(update(&mut first, frame, 0.1)));
+        second.restore(&first.state()).unwrap();
+        assert_eq!(format!("{:?}", update(&mut first, 5, 0.1)), format!("{:?}", update(&mut second, 5, 0.1)));
+        let short = State { readings: vec![], ..first.state() };
+        assert!(second.restore(&short).is_err());
+    }
+}
