@@ -14,7 +14,17 @@ import ttc_fast
 from ttc_fast import reference
 
 # Results are only ever received, so what counts is what they offer, not how they are made.
-RESULTS = ["CloudTTC", "Counts", "CountsBatch", "MinX", "Nearest", "NearestBatch", "RangeRateNearest", "RoadFit", "TrackedTTC"]
+RESULTS = [
+    "CloudTTC",
+    "Counts",
+    "CountsBatch",
+    "MinX",
+    "Nearest",
+    "NearestBatch",
+    "RangeRateNearest",
+    "RoadFit",
+    "TrackedTTC",
+]
 
 # The instruction-set level of the kernels: NumPy has its own.
 KERNELS_ONLY = {"SIMD_LEVEL"}
