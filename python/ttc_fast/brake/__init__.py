@@ -1,0 +1,37 @@
+"""From time-to-collision to a decision: when to brake, and why."""
+
+from ttc_fast.brake.command import Command, Counters, Decision, Reason
+from ttc_fast.brake.controller import BrakeController
+from ttc_fast.brake.criteria import (
+    Criterion,
+    EstimateThreshold,
+    IttcThreshold,
+    Judgement,
+    Looks,
+    RssDistance,
+    Scene,
+    StoppingDistance,
+    SweptPathThreshold,
+)
+from ttc_fast.brake.sight import Estimate, Motion, Sight, Source
+
+__all__ = [
+    "BrakeController",
+    "Command",
+    "Counters",
+    "Criterion",
+    "Decision",
+    "Estimate",
+    "EstimateThreshold",
+    "IttcThreshold",
+    "Judgement",
+    "Looks",
+    "Motion",
+    "Reason",
+    "RssDistance",
+    "Scene",
+    "Sight",
+    "Source",
+    "StoppingDistance",
+    "SweptPathThreshold",
+]

@@ -1,0 +1,366 @@
+"""When to brake: criteria, each with its own settings. Any of them may trigger.
+
+A criterion compares a value with a threshold and triggers when the value is less. The controller warns at a multiple
+of the threshold and releases at another.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
+
+from ttc_fast._core import rss_longitudinal_distance, stopping_distance
+from ttc_fast.brake.arguments import above_zero, not_negative
+
+if TYPE_CHECKING:
+    from ttc_fast.brake.sight import Sight
+    from ttc_fast.status import Status
+
+
+class Scene(NamedTuple):
+    """All that is seen at the time of a decision. What nobody looked for, or could see, is None.
+
+    Attributes
+    ----------
+    speed : float or None
+        Of the vehicle over ground, m/s, without sign; None without odometry.
+    beams : Sight or None
+        The nearest by iTTC.
+    path : Sight or None
+        The nearest on the way of the outline.
+    estimate : Sight or None
+        The second opinion.
+    sure : bool
+        Whether the second opinion is sure that something comes closer: its interval does not reach infinity.
+    returns : int
+        Valid readings or points.
+    status : Status
+        Of the frame: NO_DATA when nothing valid was seen.
+    judged : bool
+        Whether something told the closing speeds.
+    """
+
+    speed: float | None
+    beams: Sight | None
+    path: Sight | None
+    estimate: Sight | None
+    sure: bool
+    returns: int
+    status: Status
+    judged: bool
+
+
+class Judgement(NamedTuple):
+    """What a criterion compares: it triggers when ``value < threshold``.
+
+    Attributes
+    ----------
+    value, threshold : float
+        In the criterion's unit.
+    sight : Sight or None
+        What it looked at.
+    """
+
+    value: float
+    threshold: float
+    sight: Sight | None
+
+    @property
+    def triggers(self) -> bool:
+        """Whether it is time to brake."""
+        return self.value < self.threshold
+
+    def tighter(self, other: Judgement) -> bool:
+        """Whether it is nearer to its threshold than the other to its own, or beyond it by more."""
+        return self.value * other.threshold < other.value * self.threshold
+
+
+class Looks(Enum):
+    """What a criterion has to be shown."""
+
+    BEAMS = "beams"
+    """The nearest by iTTC."""
+    PATH = "path"
+    """The nearest on the way of the outline."""
+    NEAREST = "nearest"
+    """What is on the way where there is an outline, else the nearest by iTTC."""
+    ESTIMATE = "estimate"
+    """The second opinion alone."""
+
+
+class Criterion(Protocol):
+    """What a controller asks of a criterion.
+
+    Attributes
+    ----------
+    name, unit : str
+        For people.
+    looks : Looks
+        What has to be computed for it.
+    """
+
+    name: ClassVar[str]
+    unit: ClassVar[str]
+    looks: ClassVar[Looks]
+
+    def judge(self, scene: Scene) -> Judgement:
+        """Compare what is seen with the threshold."""
+        ...
+
+
+NOTHING = Judgement(math.inf, 0.0, None)
+"""What there is to say where nothing is to be judged."""
+
+
+@dataclass(frozen=True)
+class IttcThreshold:
+    """Brake when the least iTTC of any beam is below a threshold: the classic rule of F1TENTH.
+
+    It cannot see where the vehicle goes: it brakes for walls that are only passed (0.36 s beside walls 1 m away at
+    5 m/s) and late for what lies off its axis. Without odometry it judges the TTC by range rate.
+
+    Parameters
+    ----------
+    threshold : float, default 1.5
+        s, above 0.
+
+    Raises
+    ------
+    ValueError
+        If it is not finite and above 0.
+
+    Examples
+    --------
+    >>> from ttc_fast import IttcThreshold
+    >>> IttcThreshold(0.5)
+    IttcThreshold(threshold=0.5)
+    """
+
+    threshold: float = 1.5
+
+    name: ClassVar[str] = "IttcThreshold"
+    unit: ClassVar[str] = "s"
+    looks: ClassVar[Looks] = Looks.BEAMS
+
+    def __post_init__(self) -> None:
+        above_zero("threshold", self.threshold, "s")
+
+    def judge(self, scene: Scene) -> Judgement:
+        """Compare the iTTC with the threshold."""
+        return NOTHING if scene.beams is None else Judgement(scene.beams.ttc, self.threshold, scene.beams)
+
+
+@dataclass(frozen=True)
+class SweptPathThreshold:
+    """Brake when the outline, moving on as now, touches something within a threshold.
+
+    It cannot see what moves by itself to close faster, nor that the driver is about to steer. Without odometry there is
+    no path: it judges the TTC by range rate instead.
+
+    Parameters
+    ----------
+    threshold : float, default 1.5
+        s, above 0.
+
+    Raises
+    ------
+    ValueError
+        If it is not finite and above 0.
+
+    Examples
+    --------
+    >>> from ttc_fast import SweptPathThreshold
+    >>> SweptPathThreshold(1.0)
+    SweptPathThreshold(threshold=1.0)
+    """
+
+    threshold: float = 1.5
+
+    name: ClassVar[str] = "SweptPathThreshold"
+    unit: ClassVar[str] = "s"
+    looks: ClassVar[Looks] = Looks.PATH
+
+    def __post_init__(self) -> None:
+        above_zero("threshold", self.threshold, "s")
+
+    def judge(self, scene: Scene) -> Judgement:
+        """Compare the time to the first touch with the threshold."""
+        sight = scene.path or scene.beams
+        return NOTHING if sight is None else Judgement(sight.ttc, self.threshold, sight)
+
+
+@dataclass(frozen=True)
+class EstimateThreshold:
+    """Brake when the second opinion's TTC is below a threshold.
+
+    An estimate whose interval reaches infinity is not sure that anything comes closer: it may warn and never brakes. It
+    cannot see what its tracker or camera does not follow.
+
+    Parameters
+    ----------
+    threshold : float, default 1.5
+        s, above 0.
+
+    Raises
+    ------
+    ValueError
+        If it is not finite and above 0.
+
+    Examples
+    --------
+    >>> from ttc_fast import EstimateThreshold
+    >>> EstimateThreshold(2.0)
+    EstimateThreshold(threshold=2.0)
+    """
+
+    threshold: float = 1.5
+
+    name: ClassVar[str] = "EstimateThreshold"
+    unit: ClassVar[str] = "s"
+    looks: ClassVar[Looks] = Looks.ESTIMATE
+
+    def __post_init__(self) -> None:
+        above_zero("threshold", self.threshold, "s")
+
+    def judge(self, scene: Scene) -> Judgement:
+        """Compare the estimated TTC with the threshold."""
+        if scene.estimate is None:
+            return NOTHING
+        ttc = scene.estimate.ttc if scene.sure else max(scene.estimate.ttc, self.threshold)
+        return Judgement(ttc, self.threshold, scene.estimate)
+
+
+@dataclass(frozen=True)
+class StoppingDistance:
+    """Brake when the vehicle could only just stop short of something.
+
+    ``v reaction_time + v^2 / (2 deceleration) + margin``, with v the closing speed, against the clearance. A TTC
+    threshold alone cannot stop a car that is faster than about ``2 deceleration (threshold - reaction_time)``. It
+    judges what lies on the path where there is an outline, else the nearest beam in time, and the second opinion as
+    well. It takes what it sees to go on as it does, and cannot see that a car ahead may brake: for that there is
+    ``RssDistance``.
+
+    Parameters
+    ----------
+    deceleration : float, default 6.0
+        The vehicle's own when it brakes, m/s^2, above 0.
+    reaction_time : float, default 0.1
+        From the decision to the brake's bite, s, at least 0.
+    margin : float, default 0.2
+        What is to be left when it stands, m, at least 0.
+
+    Raises
+    ------
+    ValueError
+        If one is not in its range.
+
+    Examples
+    --------
+    >>> from ttc_fast import StoppingDistance
+    >>> StoppingDistance(deceleration=8.0).margin
+    0.2
+    """
+
+    deceleration: float = 6.0
+    reaction_time: float = 0.1
+    margin: float = 0.2
+
+    name: ClassVar[str] = "StoppingDistance"
+    unit: ClassVar[str] = "m"
+    looks: ClassVar[Looks] = Looks.NEAREST
+
+    def __post_init__(self) -> None:
+        above_zero("deceleration", self.deceleration, "m/s^2")
+        not_negative("reaction_time", self.reaction_time, "s")
+        not_negative("margin", self.margin, "m")
+
+    def judge(self, scene: Scene) -> Judgement:
+        """Compare the clearance with what it takes to stop."""
+        nearest = self._needed(scene.path or scene.beams)
+        if scene.estimate is None or not scene.sure:
+            return nearest
+        estimated = self._needed(scene.estimate)
+        return estimated if estimated.tighter(nearest) else nearest
+
+    def _needed(self, sight: Sight | None) -> Judgement:
+        if sight is None or not (sight.closing_speed > 0.0 and sight.ttc < math.inf):
+            return NOTHING
+        needed = stopping_distance(
+            sight.closing_speed, deceleration=self.deceleration, reaction_time=self.reaction_time
+        )
+        return Judgement(sight.clearance, needed + self.margin, sight)
+
+
+@dataclass(frozen=True)
+class RssDistance:
+    """Brake when the gap is less than RSS's safe longitudinal distance.
+
+    The safe distance lets the vehicle accelerate during the response time and brake gently after it, while what is
+    ahead brakes as hard as it can. What the path or the beams show is taken to stand; the speed of a car ahead comes
+    from the second opinion, which is judged even while the gap does not shrink. It cannot see anything lateral.
+
+    Parameters
+    ----------
+    response_time : float, default 0.1
+        s, at least 0.
+    acceleration_max : float, default 2.0
+        The vehicle's own during the response time, m/s^2, at least 0.
+    braking_min : float, default 6.0
+        What the vehicle brakes with at least, m/s^2, above 0.
+    braking_max : float, default 8.0
+        What the one ahead brakes with at most, m/s^2, above 0.
+
+    Raises
+    ------
+    ValueError
+        If one is not in its range.
+
+    Notes
+    -----
+    [Shalev-Shwartz, Shammah, Shashua: On a Formal Model of Safe and Scalable Self-driving Cars, 2017, definition 1]
+
+    Examples
+    --------
+    >>> from ttc_fast import RssDistance
+    >>> RssDistance(response_time=0.2).braking_min
+    6.0
+    """
+
+    response_time: float = 0.1
+    acceleration_max: float = 2.0
+    braking_min: float = 6.0
+    braking_max: float = 8.0
+
+    name: ClassVar[str] = "RssDistance"
+    unit: ClassVar[str] = "m"
+    looks: ClassVar[Looks] = Looks.NEAREST
+
+    def __post_init__(self) -> None:
+        not_negative("response_time", self.response_time, "s")
+        not_negative("acceleration_max", self.acceleration_max, "m/s^2")
+        above_zero("braking_min", self.braking_min, "m/s^2")
+        above_zero("braking_max", self.braking_max, "m/s^2")
+
+    def judge(self, scene: Scene) -> Judgement:
+        """Compare the gap with the safe distance."""
+        sight, target = scene.path or scene.beams, scene.estimate
+        nearest = NOTHING
+        if sight is not None and sight.closing_speed > 0.0 and sight.ttc < math.inf:
+            nearest = self._needed(sight, sight.closing_speed, 0.0)
+        if target is None or scene.speed is None or not math.isfinite(target.clearance + target.closing_speed):
+            return nearest
+        estimated = self._needed(target, scene.speed, max(scene.speed - target.closing_speed, 0.0))
+        return estimated if estimated.tighter(nearest) else nearest
+
+    def _needed(self, sight: Sight, rear: float, front: float) -> Judgement:
+        needed = rss_longitudinal_distance(
+            rear,
+            front,
+            response_time=self.response_time,
+            acceleration_max=self.acceleration_max,
+            braking_min=self.braking_min,
+            braking_max=self.braking_max,
+        )
+        return Judgement(sight.clearance, needed, sight)

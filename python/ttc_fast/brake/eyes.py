@@ -1,0 +1,183 @@
+"""How a controller looks: frames to sights, by the kernels that the criteria need and no others."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ttc_fast._core import RangeRate, ScanSweptPath, ScanTTC, SweptPath
+from ttc_fast.brake.arguments import finite
+from ttc_fast.brake.criteria import Looks, Scene
+from ttc_fast.brake.sight import STANDING, Sight, Source
+from ttc_fast.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ttc_fast.brake.criteria import Criterion
+    from ttc_fast.brake.sight import Estimate, Motion
+
+
+class Frame(NamedTuple):
+    """What is to be looked at."""
+
+    now: float
+    stamp: float
+    ranges: Any
+    points: Any
+    estimate: Estimate | None
+
+
+CANNOT_TELL = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
+"""What a range rate says while it knows none."""
+
+
+class Eyes:
+    """The kernels of a controller.
+
+    Parameters
+    ----------
+    scan, path, range_rate, time_increment, horizon
+        As ``BrakeController`` takes them.
+    """
+
+    def __init__(
+        self,
+        scan: ScanTTC | None,
+        path: SweptPath | None,
+        range_rate: RangeRate | None,
+        time_increment: float,
+        horizon: float,
+    ) -> None:
+        needed = {"scan": (scan, ScanTTC), "path": (path, SweptPath), "range_rate": (range_rate, RangeRate)}
+        for name, (value, kind) in needed.items():
+            if value is not None and not isinstance(value, kind):
+                raise TypeError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
+        if scan is None and path is None:
+            raise ValueError("scan or path must be given: without either there is nothing to look with")
+        if range_rate is not None and scan is None:
+            raise ValueError("range_rate needs a scan: it tells the closing speeds of beams")
+        self._scan = scan
+        self._scan_path = None if scan is None else path_of(scan, horizon)
+        self._path = path
+        self._range_rate = range_rate
+        self._time_increment = finite("time_increment", time_increment)
+        self._wants_beams = self._wants_path = True
+
+    @property
+    def sees_path(self) -> bool:
+        """Whether anything can be judged along the path."""
+        return self._path is not None or self._scan_path is not None
+
+    def check(self, criteria: Iterable[Criterion]) -> tuple[Criterion, ...]:
+        """Return the criteria, if they can be judged; from now on only what they need is computed."""
+        try:
+            criteria = tuple(criteria)
+        except TypeError:
+            raise TypeError(f"criteria must be a sequence of criteria, got {criteria!r}") from None
+        if not criteria:
+            raise ValueError("criteria must not be empty: nothing would ever brake")
+        for criterion in criteria:
+            if not (hasattr(criterion, "judge") and hasattr(criterion, "looks")):
+                raise TypeError(f"criteria must have judge() and looks, as IttcThreshold has; got {criterion!r}")
+            if criterion.looks is Looks.PATH and not self.sees_path:
+                raise ValueError(f"{criterion.name} needs an outline: give one to the scan, or give a path")
+            if criterion.looks is Looks.BEAMS and self._scan is None:
+                raise ValueError(f"{criterion.name} needs a scan: it judges beams")
+        wanted = {criterion.looks for criterion in criteria}
+        self._wants_path = self.sees_path and not wanted.isdisjoint({Looks.PATH, Looks.NEAREST})
+        self._wants_beams = Looks.BEAMS in wanted or self._scan_path is None
+        return criteria
+
+    def look(self, frame: Frame, motion: Motion | None) -> Scene:
+        """Look at a new frame: by the vehicle's motion, or by range rate where that is not known."""
+        rated = None
+        if self._range_rate is not None and frame.ranges is not None:
+            rated = self._range_rate.update(frame.ranges, frame.stamp, 0.0 if motion is None else motion.yaw_rate)
+        if motion is not None:
+            return self.look_along(frame, motion)
+        if rated is None:
+            return self._without_motion(frame)
+        told = rated.status not in CANNOT_TELL
+        sight = self._sight(Source.RANGE_RATE, frame, rated) if told else None
+        return Scene(None, sight, None, *second_opinion(frame), rated.counts.valid, rated.status, told)
+
+    def look_along(self, frame: Frame, motion: Motion) -> Scene:
+        """Look at a frame as a vehicle that moves so."""
+        beams = path = seen = None
+        if frame.points is not None:
+            seen = self._points_reader().nearest(frame.points, *motion[:3])
+            path = self._on_the_way(
+                frame, motion, seen, seen.index, math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
+            )
+        else:
+            reader = self._ranges_reader()
+            if self._wants_beams:
+                seen = reader.nearest(frame.ranges, *motion[:3])
+                beams = self._sight(Source.BEAMS, frame, seen)
+            if self._wants_path and self._scan_path is not None:
+                seen = self._scan_path.nearest(frame.ranges, *motion[:3])
+                path = self._on_the_way(frame, motion, seen, seen.beam, seen.angle, seen.range)
+        return Scene(motion.over_ground, beams, path, *second_opinion(frame), seen.counts.valid, seen.status, True)
+
+    def _without_motion(self, frame: Frame) -> Scene:
+        """Look whether there is anything to see at all, as a vehicle that stands."""
+        return self.look_along(frame, STANDING)._replace(speed=None, beams=None, path=None, judged=False)
+
+    def _sight(self, source: Source, frame: Frame, seen: Any) -> Sight:
+        """Return the nearest beam at the time of the decision."""
+        beam, closing = seen.beam, seen.closing_speed
+        age = frame.now - frame.stamp - max(beam, 0) * self._time_increment
+        ttc, clearance = max(seen.ttc - age, 0.0), max(seen.clearance - max(closing, 0.0) * age, 0.0)
+        return Sight(source, ttc, seen.status, beam, seen.angle, seen.range, clearance, closing, age)
+
+    def _on_the_way(self, frame: Frame, motion: Motion, seen: Any, index: int, angle: float, distance: float) -> Sight:
+        """Return what will be touched first, at the time of the decision; its clearance is what is left of the way."""
+        age = frame.now - frame.stamp - (0.0 if frame.ranges is None else max(index, 0) * self._time_increment)
+        ttc, speed = max(seen.ttc - age, 0.0), motion.over_ground
+        return Sight(
+            Source.PATH, ttc, seen.status, index, angle, distance, speed * ttc if speed > 0.0 else math.inf, speed, age
+        )
+
+    def _ranges_reader(self) -> ScanTTC:
+        if self._scan is None:
+            raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
+        return self._scan
+
+    def _points_reader(self) -> SweptPath:
+        if self._path is None:
+            raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
+        return self._path
+
+    def state(self) -> Any:
+        """Return what the range rate remembers."""
+        return None if self._range_rate is None else self._range_rate.state()
+
+    def restore(self, state: Any) -> None:
+        """Let the range rate go on from there."""
+        if self._range_rate is not None:
+            self._range_rate.restore(state)
+
+
+def second_opinion(frame: Frame) -> tuple[Sight | None, bool]:
+    """Return the estimate at the time of the decision, and whether it is sure that something comes closer."""
+    estimate = frame.estimate
+    if estimate is None:
+        return None, False
+    age = max(frame.now - estimate.stamp, 0.0)
+    closing = estimate.closing_speed
+    clearance = max(estimate.distance - max(closing, 0.0) * age, 0.0)
+    status = Status.CLOSING if estimate.ttc < math.inf else Status.NOT_CLOSING
+    sure = estimate.ttc < math.inf and (estimate.ttc_interval is None or estimate.ttc_interval[1] < math.inf)
+    sight = Sight(
+        Source.ESTIMATE, max(estimate.ttc - age, 0.0), status, -1, math.nan, estimate.distance, clearance, closing, age
+    )
+    return sight, sure
+
+
+def path_of(scan: ScanTTC, horizon: float) -> ScanSweptPath | None:
+    """Return the swept path of a scanner's vehicle; None when it has no outline."""
+    try:
+        return ScanSweptPath(scan, horizon=horizon)
+    except ValueError:
+        return None

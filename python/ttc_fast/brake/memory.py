@@ -1,0 +1,53 @@
+"""What a controller remembers from one update to the next: all of it, so that it can be saved."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ttc_fast.brake.criteria import NOTHING
+from ttc_fast.brake.sight import STANDING
+
+if TYPE_CHECKING:
+    from ttc_fast.brake.criteria import Criterion, Judgement
+    from ttc_fast.brake.sight import Estimate, Motion
+
+
+@dataclass
+class Memory:
+    """See the attributes; times are stamps, s, and -inf before the first."""
+
+    frame_at: float = -math.inf
+    """Of the newest frame."""
+    seen_at: float = -math.inf
+    """Of the newest frame that was not blind."""
+    judged_at: float = -math.inf
+    """Of the newest frame that could be judged: something told the closing speed."""
+    motion: Motion | None = None
+    """The newest odometry."""
+    estimate: Estimate | None = None
+    """The newest second opinion."""
+
+    criterion: Criterion | None = None
+    """The one that was nearest to its threshold in the newest frame, or beyond it by most."""
+    judgement: Judgement = NOTHING
+    """What it said."""
+
+    braking: bool = False
+    """Whether it brakes."""
+    triggered_at: float = -math.inf
+    """The decision at which it last had a cause to brake."""
+    braked_from: Motion = STANDING
+    """The motion it braked from."""
+    triggers: int = 0
+    """The votes on braking, a bit for each frame."""
+    clears: int = 0
+    """The votes on release."""
+
+    frames: int = 0
+    """How many were judged or blind."""
+    ignored: int = 0
+    """How many had a stamp that was not newer, or lay in the future."""
+    blind: int = 0
+    """How many had too few returns."""

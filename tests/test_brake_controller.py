@@ -1,0 +1,411 @@
+"""The brake controller: votes, release, standstill, escape, watchdog, latency, state."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ttc_fast import (
+    BrakeController,
+    Command,
+    Estimate,
+    IttcThreshold,
+    Motion,
+    RangeRate,
+    Reason,
+    ScanTTC,
+    StoppingDistance,
+    SweptPath,
+    SweptPathThreshold,
+)
+from ttc_fast.brake import Decision, Source
+
+BEAMS = 181
+OUTLINE = (-0.1, 0.4, -0.15, 0.15)
+ANGLES = np.linspace(-np.pi / 2, np.pi / 2, BEAMS)
+PERIOD = 0.025
+
+
+def scanner(**settings: Any) -> ScanTTC:
+    return ScanTTC(ANGLES[0], ANGLES[1] - ANGLES[0], BEAMS, range_min=0.05, range_max=30.0, **settings)
+
+
+def wall(distance: float, half_width: float = 0.1, around: float = 20.0) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """A board straight ahead, in a wide hall."""
+    across = np.abs(distance * np.tan(np.clip(ANGLES, -1.5, 1.5)))
+    return np.where(across <= half_width, distance / np.cos(ANGLES), around)
+
+
+class Drive:
+    """A controller and the time."""
+
+    def __init__(self, **settings: Any) -> None:
+        settings.setdefault("scan", scanner(outline=OUTLINE))
+        self.controller = BrakeController(**settings)
+        self.now = 100.0
+
+    def frame(self, distance: float | None, speed: float | None, **more: Any) -> Decision:
+        """One more scan: of a board at ``distance``, or of nothing valid."""
+        self.now += PERIOD
+        ranges = np.full(BEAMS, np.nan) if distance is None else wall(distance)
+        motion = None if speed is None else Motion(speed, stamp=self.now)
+        return self.controller.update(self.now, ranges=ranges, stamp=self.now, motion=motion, **more)
+
+    def frames(self, count: int, distance: float | None, speed: float | None, **more: Any) -> Decision:
+        for _ in range(count):
+            decision = self.frame(distance, speed, **more)
+        return decision
+
+    def wait(self, seconds: float) -> Decision:
+        """Nothing comes."""
+        self.now += seconds
+        return self.controller.update(self.now)
+
+
+class TestTrigger:
+    def test_far_away_is_clear(self) -> None:
+        decision = Drive().frames(5, 15.0, 4.0)
+        assert (decision.command, decision.reason) == (Command.NONE, Reason.CLEAR)
+        assert decision.deceleration == 0.0
+        assert decision.speed_limit == math.inf
+
+    def test_near_warns_with_the_speed_at_which_it_would_brake(self) -> None:
+        decision = Drive(criteria=[SweptPathThreshold(1.5)]).frames(3, 8.4, 4.0)  # 8 m of way: 2 s
+        assert (decision.command, decision.reason) == (Command.WARN, Reason.NEAR)
+        assert decision.speed_limit == pytest.approx(8.0 / 1.5)
+
+    def test_n_of_m_frames(self) -> None:
+        drive = Drive(trigger=(2, 3))
+        first, second = drive.frame(2.0, 4.0), drive.frame(1.9, 4.0)
+        assert (first.command, first.reason) == (Command.WARN, Reason.VOTING)
+        assert (second.command, second.reason) == (Command.BRAKE, Reason.CRITERION)
+        assert second.counters.triggered == 2
+
+    def test_one_frame_in_between_does_not_matter(self) -> None:
+        drive = Drive(trigger=(2, 3))
+        commands = [drive.frame(distance, 4.0).command for distance in (2.0, 15.0, 1.9)]
+        assert commands == [Command.WARN, Command.NONE, Command.BRAKE]
+
+    def test_two_frames_in_between_do(self) -> None:
+        drive = Drive(trigger=(2, 3))
+        commands = [drive.frame(distance, 4.0).command for distance in (2.0, 15.0, 15.0, 1.9)]
+        assert commands == [Command.WARN, Command.NONE, Command.NONE, Command.WARN]
+
+    def test_says_why(self) -> None:
+        decision = Drive(trigger=(1, 1)).frame(2.4, 4.0)
+        assert decision.deceleration == 6.0
+        assert decision.speed_limit == 0.0
+        assert isinstance(decision.criterion, SweptPathThreshold)
+        assert decision.threshold == 1.5
+        assert decision.sight is not None
+        assert decision.sight.source is Source.PATH
+        assert abs(ANGLES[decision.sight.index]) < 0.05
+        assert decision.sight.range == pytest.approx(2.4, abs=0.003)
+        assert decision.sight.clearance == pytest.approx(2.0)
+        assert decision.sight.closing_speed == 4.0
+        assert decision.sight.ttc == decision.value == pytest.approx(0.5)
+        assert "SweptPathThreshold: 0.50 < 1.5 s" in str(decision)
+        assert "at 2.40 m, 2.00 m clear, closing at 4.00 m/s, TTC 0.50 s" in str(decision)
+
+    def test_stopping_distance_where_a_threshold_is_too_late(self) -> None:
+        """At 25 m/s and 5 m/s^2 it takes 64.7 m to stop, and 1.5 s are 37.5 m."""
+        fast = [SweptPathThreshold(1.5), StoppingDistance(deceleration=5.0, reaction_time=0.1, margin=0.5)]
+        long = ScanTTC(-0.1, 0.001, 201, range_max=100.0, outline=OUTLINE)
+        controller = BrakeController(fast, scan=long, trigger=(1, 1))
+        ranges = np.full(201, 60.0)
+        decision = controller.update(0.0, ranges=ranges, stamp=0.0, motion=Motion(25.0))
+        assert decision.command is Command.BRAKE
+        assert isinstance(decision.criterion, StoppingDistance)
+        assert decision.threshold == pytest.approx(25.0 * 0.1 + 25.0**2 / 10.0 + 0.5)
+
+    def test_walls_beside_do_not_brake_by_path_and_do_by_ittc(self) -> None:
+        """Walls at +-1 m beside a car at 5 m/s: the classic rule says 0.36 s."""
+        corridor = np.minimum(1.0 / np.maximum(np.abs(np.sin(ANGLES)), 1e-9), 20.0)
+        settings: dict[str, Any] = {"ranges": corridor, "stamp": 0.0, "motion": Motion(5.0)}
+        by_path = BrakeController(scan=scanner(outline=OUTLINE), trigger=(1, 1))
+        assert by_path.update(0.0, **settings).command is Command.NONE
+        classic = BrakeController([IttcThreshold(1.5)], scan=scanner(outline=OUTLINE), trigger=(1, 1))
+        assert classic.update(0.0, **settings).command is Command.BRAKE
+
+
+class TestRelease:
+    def test_between_the_thresholds_it_goes_on_braking(self) -> None:
+        drive = Drive(criteria=[SweptPathThreshold(1.5)], release_at=1.25, hold=0.0)
+        drive.frames(3, 2.4, 4.0)
+        assert drive.frames(20, 0.4 + 4.0 * 1.7, 4.0).reason is Reason.HOLD
+        assert drive.frames(3, 0.4 + 4.0 * 2.0, 4.0).command is not Command.BRAKE
+
+    def test_holds(self) -> None:
+        drive = Drive(hold=0.5, release=(1, 1))
+        drive.frames(3, 2.4, 4.0)
+        assert drive.frames(19, 15.0, 4.0).command is Command.BRAKE
+        assert drive.frames(2, 15.0, 4.0).command is Command.NONE
+
+    def test_being_slow_is_not_being_safe(self) -> None:
+        """Slowed down to 0.5 m/s, 2 m before the wall, the TTC is 4 s: it would brake at once if it were let go."""
+        drive = Drive(hold=0.0)
+        drive.frames(3, 2.4, 4.0)
+        assert drive.frames(40, 2.4, 0.5).reason is Reason.HOLD
+
+    def test_standstill_is_not_release(self) -> None:
+        drive = Drive(hold=0.0)
+        drive.frames(3, 2.4, 4.0)
+        decision = drive.frames(40, 1.0, 0.0)
+        assert (decision.command, decision.reason) == (Command.BRAKE, Reason.STANDSTILL)
+
+    def test_the_way_was_cleared(self) -> None:
+        drive = Drive(hold=0.0)
+        drive.frames(3, 2.4, 4.0)
+        drive.frames(5, 1.0, 0.0)
+        assert drive.frames(5, 15.0, 0.0).command is Command.NONE
+
+    def test_gentler_wishes_are_granted(self) -> None:
+        drive = Drive(hold=0.0)
+        drive.frames(3, 2.4, 4.0)
+        assert drive.frames(5, 2.4, 0.0, commanded=4.0).command is Command.BRAKE
+        assert drive.frames(5, 2.4, 0.0, commanded=0.5).command is Command.NONE
+
+    def test_escape_from_contact(self) -> None:
+        """Something inside the outline ahead: forward never, back as soon as enough frames agree."""
+        drive = Drive(hold=0.0)
+        drive.frames(3, 0.35, 1.0)
+        assert drive.frames(10, 0.35, 0.0, commanded=1.0).reason is Reason.STANDSTILL
+        decision = drive.frames(5, 0.35, 0.0, commanded=-0.5)
+        assert (decision.command, decision.reason) == (Command.NONE, Reason.ESCAPE)
+        assert drive.frames(5, 0.35, -0.5).command is Command.NONE
+
+    def test_a_wish_does_not_release_while_the_car_still_slides(self) -> None:
+        drive = Drive(hold=0.0)
+        drive.frames(3, 2.4, 4.0)
+        assert drive.frames(10, 2.0, 3.0, commanded=-1.0).command is Command.BRAKE
+
+    def test_the_driver_takes_over_and_gives_back(self) -> None:
+        drive = Drive()
+        drive.frames(3, 2.4, 4.0)
+        decision = drive.frame(2.4, 4.0, override=True)
+        assert (decision.command, decision.reason) == (Command.NONE, Reason.OVERRIDE)
+        assert drive.frame(2.4, 4.0).command is Command.BRAKE
+
+
+class TestWatchdog:
+    def test_nothing_has_come_yet(self) -> None:
+        decision = Drive().wait(0.0)
+        assert (decision.command, decision.reason) == (Command.BRAKE, Reason.WAITING)
+
+    def test_no_more_scans(self) -> None:
+        drive = Drive(sensor_timeout=0.3)
+        drive.frames(3, 15.0, 4.0)
+        assert drive.wait(0.29).command is Command.NONE
+        decision = drive.wait(0.02)
+        assert (decision.command, decision.reason) == (Command.BRAKE, Reason.STALE)
+
+    def test_it_lets_go_only_after_enough_clear_frames(self) -> None:
+        drive = Drive(release=(3, 5), hold=0.0)
+        drive.frames(3, 15.0, 4.0)
+        drive.wait(1.0)
+        assert [drive.frame(15.0, 4.0).command for _ in range(3)] == [Command.BRAKE, Command.BRAKE, Command.NONE]
+
+    @pytest.mark.parametrize("blinded", [None, "few"])
+    def test_gone_blind_is_told_within_the_timeout(self, blinded: str | None) -> None:
+        drive = Drive(sensor_timeout=0.3, min_returns=20)
+        drive.frames(10, 15.0, 4.0)
+        went_blind, told = drive.now, None
+        for _ in range(20):
+            drive.now += PERIOD
+            ranges = np.full(BEAMS, np.nan)
+            if blinded == "few":
+                ranges[:19] = 5.0
+            decision = drive.controller.update(
+                drive.now, ranges=ranges, stamp=drive.now, motion=Motion(4.0, stamp=drive.now)
+            )
+            if decision.reason is Reason.BLIND and told is None:
+                told = drive.now
+        assert told is not None
+        assert told - went_blind <= 0.3 + PERIOD
+        assert decision.command is Command.BRAKE
+        assert decision.counters.blind == 20
+
+    def test_free_space_is_not_blindness(self) -> None:
+        drive = Drive()
+        for _ in range(40):
+            drive.now += PERIOD
+            ranges = np.full(BEAMS, np.inf)
+            decision = drive.controller.update(drive.now, ranges=ranges, stamp=drive.now, motion=Motion(4.0))
+        assert (decision.command, decision.reason) == (Command.NONE, Reason.CLEAR)
+
+    def test_no_odometry(self) -> None:
+        drive = Drive(sensor_timeout=0.3)
+        assert drive.frame(15.0, None).reason is Reason.NO_MOTION
+
+    def test_odometry_stops(self) -> None:
+        drive = Drive(sensor_timeout=0.3, motion_timeout=0.5)
+        drive.frames(3, 15.0, 4.0)
+        stopped = drive.now
+        while (decision := drive.frame(15.0, None)).reason is not Reason.NO_MOTION:
+            assert decision.command is Command.NONE
+        assert 0.8 - 2 * PERIOD <= drive.now - stopped <= 0.8 + 2 * PERIOD
+        assert decision.command is Command.BRAKE
+
+    def test_without_odometry_the_range_rate_serves(self) -> None:
+        scan = scanner(outline=OUTLINE)
+        drive = Drive(scan=scan, range_rate=RangeRate(scan), hold=0.0)
+        distance, brake = 9.0, None
+        while distance > 0.5 and brake is None:
+            decision = drive.frame(distance, None)
+            distance -= 4.0 * PERIOD
+            if decision.reason is Reason.CRITERION:
+                brake = decision
+        assert brake is not None
+        assert brake.sight is not None
+        assert brake.sight.source is Source.RANGE_RATE
+        assert brake.sight.closing_speed == pytest.approx(4.0, rel=0.1)
+
+    def test_warning_instead(self) -> None:
+        decision = Drive(when_blind=Command.WARN).wait(0.0)
+        assert (decision.command, decision.reason) == (Command.WARN, Reason.WAITING)
+
+
+class TestTime:
+    def test_the_age_of_the_data_is_taken_off(self) -> None:
+        controller = BrakeController(scan=scanner(outline=OUTLINE))
+        decision = controller.update(10.1, ranges=wall(8.4), stamp=10.0, motion=Motion(4.0))
+        assert decision.sight is not None
+        assert decision.sight.age == pytest.approx(0.1)
+        assert decision.sight.ttc == pytest.approx(1.9)
+        assert decision.sight.clearance == pytest.approx(7.6)
+
+    def test_each_beam_has_its_own_age(self) -> None:
+        controller = BrakeController(scan=scanner(outline=OUTLINE), time_increment=0.0005)
+        decision = controller.update(10.1, ranges=wall(8.4), stamp=10.0, motion=Motion(4.0))
+        assert decision.sight is not None
+        assert decision.sight.age == pytest.approx(0.1 - decision.sight.index * 0.0005)
+
+    @pytest.mark.parametrize("stamp", [9.9, 10.0, 10.5])
+    def test_repeated_reordered_and_future_frames_are_ignored(self, stamp: float) -> None:
+        controller = BrakeController(scan=scanner(outline=OUTLINE), trigger=(1, 1))
+        before = controller.update(10.0, ranges=wall(15.0), stamp=10.0, motion=Motion(4.0))
+        after = controller.update(10.02, ranges=wall(1.0), stamp=stamp, motion=Motion(4.0))
+        assert after.command is Command.NONE
+        assert after.sight == before.sight
+        assert (after.counters.frames, after.counters.ignored) == (1, 1)
+
+    def test_large_stamps(self) -> None:
+        here, there = Drive(), Drive()
+        there.now += 1.7e9
+        for distance in (9.0, 6.0, 3.0, 2.0):
+            assert here.frame(distance, 4.0).command is there.frame(distance, 4.0).command
+
+
+class TestSecondOpinion:
+    def test_it_may_brake_for_what_moves_by_itself(self) -> None:
+        drive = Drive(trigger=(1, 1))
+        oncoming = Estimate(drive.now + PERIOD, ttc=0.5, ttc_interval=(0.4, 0.6), distance=4.0, closing_speed=8.0)
+        decision = drive.frame(15.0, 2.0, estimate=oncoming)
+        assert decision.command is Command.BRAKE
+        assert decision.sight is not None
+        assert decision.sight.source is Source.ESTIMATE
+
+    def test_one_that_is_not_sure_does_not(self) -> None:
+        drive = Drive(trigger=(1, 1))
+        unsure = Estimate(drive.now, ttc=0.5, ttc_interval=(0.1, math.inf), distance=4.0, closing_speed=8.0)
+        assert drive.frame(15.0, 2.0, estimate=unsure).command is not Command.BRAKE
+
+    def test_it_takes_no_brake_away(self) -> None:
+        drive = Drive(trigger=(1, 1))
+        calm = Estimate(drive.now, ttc=math.inf, distance=50.0, closing_speed=-1.0)
+        assert drive.frame(2.0, 4.0, estimate=calm).command is Command.BRAKE
+
+
+def test_points() -> None:
+    controller = BrakeController(path=SweptPath(OUTLINE), trigger=(1, 1))
+    points = np.array([[2.4, 0.0, 0.1], [1.0, 2.0, 0.1]])
+    decision = controller.update(0.0, points=points, stamp=0.0, motion=Motion(4.0))
+    assert decision.command is Command.BRAKE
+    assert decision.sight is not None
+    assert (decision.sight.index, decision.sight.ttc) == (0, pytest.approx(0.5))
+
+
+class TestState:
+    def drive(self, controller: BrakeController, begin: int, end: int) -> list[Decision]:
+        rng = np.random.default_rng(7)
+        frames = [(float(rng.uniform(0.5, 12.0)), float(rng.uniform(-1.0, 5.0))) for _ in range(end)]
+        decisions = []
+        for index in range(begin, end):
+            distance, speed = frames[index]
+            now = index * PERIOD
+            moving = Motion(speed, stamp=now) if index % 7 else None
+            decisions.append(controller.update(now, ranges=wall(distance), stamp=now, motion=moving))
+        return decisions
+
+    def make(self) -> BrakeController:
+        scan = scanner(outline=OUTLINE)
+        return BrakeController(scan=scan, range_rate=RangeRate(scan), hold=0.1)
+
+    def test_the_same_inputs_give_the_same_bits(self) -> None:
+        assert repr(self.drive(self.make(), 0, 200)) == repr(self.drive(self.make(), 0, 200))
+
+    @pytest.mark.parametrize("how", ["state", "pickle"])
+    def test_saved_and_restored_it_goes_on_the_same(self, how: str) -> None:
+        original = self.make()
+        self.drive(original, 0, 100)
+        if how == "pickle":
+            copy = pickle.loads(pickle.dumps(original))
+        else:
+            copy = self.make()
+            copy.restore(pickle.loads(pickle.dumps(original.state())))
+        assert repr(self.drive(copy, 100, 200)) == repr(self.drive(original, 100, 200))
+
+    def test_a_state_is_a_copy(self) -> None:
+        controller = self.make()
+        state = controller.state()
+        self.drive(controller, 0, 50)
+        controller.restore(state)
+        assert repr(self.drive(controller, 0, 50)) == repr(self.drive(self.make(), 0, 50))
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "says"),
+    [
+        ({"trigger": (3, 2)}, ValueError, "trigger"),
+        ({"trigger": 2}, TypeError, "trigger"),
+        ({"release": (0, 1)}, ValueError, "release"),
+        ({"warn_at": 0.9}, ValueError, "warn_at"),
+        ({"release_at": 0.5}, ValueError, "release_at"),
+        ({"hold": -1.0}, ValueError, "hold"),
+        ({"deceleration": 0.0}, ValueError, "deceleration"),
+        ({"sensor_timeout": math.nan}, ValueError, "sensor_timeout"),
+        ({"motion_timeout": "1 s"}, TypeError, "motion_timeout"),
+        ({"when_blind": Command.NONE}, ValueError, "blind is not safe"),
+        ({"criteria": []}, ValueError, "criteria"),
+        ({"criteria": 1.5}, TypeError, "criteria"),
+        ({"criteria": [1.5]}, TypeError, "criteria"),
+        ({"scan": None}, ValueError, "scan or path"),
+        ({"scan": scanner(), "criteria": [SweptPathThreshold()]}, ValueError, "outline"),
+        ({"scan": "scan"}, TypeError, "scan"),
+        ({"time_increment": math.inf}, ValueError, "time_increment"),
+    ],
+)
+def test_settings_are_refused_with_the_reason(settings: dict[str, Any], error: type[Exception], says: str) -> None:
+    with pytest.raises(error, match=says):
+        BrakeController(**{"scan": scanner(outline=OUTLINE), **settings})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "says"),
+    [
+        ({"now": math.nan}, ValueError, "now"),
+        ({"now": None}, TypeError, "now"),
+        ({"now": 0.0, "ranges": wall(5.0)}, TypeError, "stamp"),
+        ({"now": 0.0, "ranges": wall(5.0), "stamp": math.nan}, ValueError, "stamp"),
+        ({"now": 0.0, "motion": Motion(math.nan)}, ValueError, "motion.speed"),
+        ({"now": 0.0, "ranges": wall(5.0)[:9], "stamp": 0.0, "motion": Motion(1.0)}, ValueError, "ranges"),
+        ({"now": 0.0, "points": np.ones((3, 3)), "stamp": 0.0, "motion": Motion(1.0)}, ValueError, "points"),
+    ],
+)
+def test_inputs_are_refused_with_the_reason(arguments: dict[str, Any], error: type[Exception], says: str) -> None:
+    with pytest.raises(error, match=says):
+        BrakeController(scan=scanner(outline=OUTLINE)).update(**arguments)
