@@ -1,0 +1,182 @@
+"""Parameters of the node, and what a launch file may say about them."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import math
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any
+
+from ttc_fast.brake import BrakeController, IttcThreshold, StoppingDistance, SweptPathThreshold
+from ttc_fast.configuration import Configuration, ConfigurationError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from ttc_fast.brake import Criterion
+
+CRITERIA = ("", "ittc", "swept")
+OF_THE_NODE = frozenset({"criteria", "scan", "path", "range_rate", "time_increment"})
+"""Arguments of the controller that the node finds out by itself."""
+OF_THE_CONTROLLER = tuple(name for name in inspect.signature(BrakeController).parameters if name not in OF_THE_NODE)
+
+
+class SettingError(ConfigurationError):
+    """A parameter that cannot be used: which, what is wrong with it, and what would be right."""
+
+
+@dataclass(frozen=True)
+class NodeSettings:
+    """Parameters of the node, by the names that they have in ROS.
+
+    Attributes
+    ----------
+    min_range, max_range : float
+        The horizon, m: ``limits`` of ``ScanTTC``. Not the sensor's own limits, which the scan tells.
+    limits_policy : str
+        "horizon", or "clamp" for the literal clamping of ranges.
+    ttc_threshold : float
+        Brakes when the TTC is below, s.
+    criterion : str
+        "ittc", "swept", or "" for "swept" where there is an outline, else "ittc".
+    stopping_distance : bool
+        Brakes as well when the vehicle could only just stop.
+    outline, mount : tuple or None
+        As ``ScanTTC`` names them.
+    use_range_rate : bool
+        Whether closing speeds come from the scans when there is no odometry.
+    scan_topic, points_topic : str
+        LaserScan and PointCloud2; "" is none.
+    odom_topics : tuple of str
+        Odometry; any of them serves.
+    speed_topic : str
+        Odometry, Float32 or Float64, by the type it has; "" is none. When set it replaces ``odom_topics``.
+    height : (float, float)
+        Which points of a cloud count, z in the vehicle's frame, m.
+    brake_topic, drive_topic, diagnostics_topic, marker_topic : str
+        Bool, AckermannDriveStamped, DiagnosticArray, Marker; "" is not to publish.
+    brake_speed : float
+        What ``drive_topic`` asks for when braking, m/s: 0 is zero throttle, above 0 a reduced speed.
+    drive_always : bool
+        Whether ``drive_topic`` speaks also when it does not brake.
+    base_frame : str
+        The vehicle's frame.
+    watchdog_period, diagnostics_period : float
+        s.
+    brake : dict
+        Other arguments of ``BrakeController``; as parameters they have their own names, like ``hold``.
+
+    Examples
+    --------
+    >>> from ttc_fast.ros.settings import NodeSettings
+    >>> settings = NodeSettings.of({"ttc_threshold": 0.8, "hold": 1.0})
+    >>> settings.ttc_threshold, settings.brake
+    (0.8, {'hold': 1.0})
+    """
+
+    min_range: float = 0.0
+    max_range: float = math.inf
+    limits_policy: str = "horizon"
+    ttc_threshold: float = 1.5
+    criterion: str = ""
+    stopping_distance: bool = True
+    outline: tuple[float, ...] | None = None
+    mount: tuple[float, ...] = (0.0, 0.0, 0.0)
+    use_range_rate: bool = True
+    scan_topic: str = "/scan"
+    points_topic: str = ""
+    odom_topics: tuple[str, ...] = ("/odom", "/vesc/odom")
+    speed_topic: str = ""
+    height: tuple[float, ...] = (0.05, 2.0)
+    brake_topic: str = "/brake_bool"
+    drive_topic: str = "/drive"
+    diagnostics_topic: str = "/diagnostics"
+    marker_topic: str = "/ttc_fast/cause"
+    brake_speed: float = 0.0
+    drive_always: bool = False
+    base_frame: str = "base_link"
+    watchdog_period: float = 0.05
+    diagnostics_period: float = 1.0
+    brake: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, Any]) -> NodeSettings:
+        """Make them from plain values; those of the controller go by their own names."""
+        own = {each.name: each for each in fields(cls) if each.name != "brake"}
+        known = [*own, *OF_THE_CONTROLLER]
+        mine: dict[str, Any] = {}
+        brake: dict[str, Any] = {}
+        for name, value in parameters.items():
+            if name in own:
+                mine[name] = tuple(value) if isinstance(value, list) else value
+            elif name in OF_THE_CONTROLLER:
+                brake[name] = value
+            else:
+                close = difflib.get_close_matches(name, known, 1)
+                hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(known)}"
+                raise SettingError(f"there is no parameter {name!r}: {hint}")
+        return cls(**mine, brake=brake).checked()
+
+    def checked(self) -> NodeSettings:
+        """Return these, if a node can be made of them."""
+        for each in fields(self):
+            _check_type(each.name, getattr(self, each.name), each.default)
+        if self.criterion not in CRITERIA:
+            raise SettingError(f"criterion must be 'ittc', 'swept' or '' for either, got {self.criterion!r}")
+        for name in ("watchdog_period", "diagnostics_period"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise SettingError(f"{name} must be finite and above 0 s, got {getattr(self, name)}")
+        if not 0.0 <= self.brake_speed < math.inf:
+            raise SettingError(f"brake_speed must be finite and at least 0 m/s, got {self.brake_speed}")
+        if self.criterion == "swept" and not self.outline:
+            raise SettingError("criterion 'swept' needs an outline: (x_rear, x_front, y_right, y_left), m")
+        if self.points_topic and not self.outline:
+            raise SettingError("points_topic needs an outline: (x_rear, x_front, y_right, y_left), m")
+        try:
+            settings = self.configuration()
+            settings.controller(settings.scanner(angle_min=0.0, angle_increment=0.1, beams=2))
+        except ConfigurationError as error:
+            raise SettingError(str(error)) from None
+        return self
+
+    def configuration(self) -> Configuration:
+        """Return the same as settings of scanner and controller."""
+        scan: dict[str, Any] = {
+            "limits": [self.min_range, self.max_range],
+            "limits_policy": self.limits_policy,
+            "mount": list(self.mount),
+        }
+        if self.outline:
+            scan["outline"] = list(self.outline)
+        settings = Configuration.of({"scan": scan, "brake": self.brake})
+        rates = {} if self.use_range_rate else None
+        return Configuration(settings.scan, None, rates, self.criteria(), settings.brake)
+
+    def criteria(self) -> tuple[Criterion, ...]:
+        """Return what brakes."""
+        swept = self.criterion == "swept" or (not self.criterion and bool(self.outline))
+        first: Criterion = (SweptPathThreshold if swept else IttcThreshold)(self.ttc_threshold)
+        return (first, StoppingDistance(**self._braking())) if self.stopping_distance else (first,)
+
+    def _braking(self) -> dict[str, float]:
+        return {"deceleration": self.brake["deceleration"]} if "deceleration" in self.brake else {}
+
+
+def _check_type(name: str, value: Any, default: Any) -> None:
+    """Refuse a parameter of another type than its default's."""
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    fits = {
+        bool: isinstance(value, bool),
+        float: number,
+        str: isinstance(value, str),
+        tuple: isinstance(value, tuple),
+    }
+    if not fits.get(type(default), True):
+        raise SettingError(f"{name} must be a {type(default).__name__}, got {value!r}")
+    if (
+        name in ("mount", "outline", "height")
+        and value is not None
+        and not all(isinstance(each, (int, float)) for each in value)
+    ):
+        raise SettingError(f"{name} must be numbers, got {value!r}")
