@@ -142,9 +142,10 @@ class Decision(NamedTuple):
 
     Examples
     --------
+    >>> import numpy as np
     >>> from ttc_fast import BrakeController, Motion, ScanTTC
     >>> controller = BrakeController(scan=ScanTTC(0.0, 0.1, 3), trigger=(1, 1))
-    >>> decision = controller.update(0.02, ranges=[2.0, 5.0, 5.0], stamp=0.0, motion=Motion(4.0))
+    >>> decision = controller.update(0.02, ranges=np.array([2.0, 5.0, 5.0]), stamp=0.0, motion=Motion(4.0))
     >>> decision.command.name, decision.reason.name, round(decision.value, 2)
     ('BRAKE', 'CRITERION', 0.48)
     >>> print(decision)

@@ -82,13 +82,15 @@ class BrakeNode:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from types import SimpleNamespace
     >>> from ttc_fast.ros.core import BrakeNode
     >>> from ttc_fast.ros.settings import NodeSettings
     >>> node = BrakeNode(NodeSettings.of({"trigger": [1, 1]}))
     >>> node.on_odometry(0.0, 0.0, speed=4.0)
     >>> scan = SimpleNamespace(
-    ...     angle_min=0.0, angle_increment=0.1, range_min=0.1, range_max=30.0, time_increment=0.0, ranges=[2.0, 9.0]
+    ...     angle_min=0.0, angle_increment=0.1, range_min=0.1, range_max=30.0, time_increment=0.0,
+    ...     ranges=np.array([2.0, 9.0], np.float32),
     ... )
     >>> outputs = node.on_scan(0.0, 0.0, scan)
     >>> outputs.brake, outputs.drive
