@@ -320,6 +320,17 @@ class TestSecondOpinion:
         assert drive.frame(2.0, 4.0, estimate=calm).command is Command.BRAKE
 
 
+def test_estimates_alone() -> None:
+    """A tracker of distances, or a camera, and nothing else."""
+    controller = BrakeController(trigger=(2, 3))
+    distances = [10.0, 9.0, 8.0, 7.0, 6.0]
+    frames = [Estimate(0.1 * index, each / 10.0, None, each, 10.0) for index, each in enumerate(distances)]
+    decisions = [controller.update(estimate.stamp, estimate=estimate) for estimate in frames]
+    assert [decision.command for decision in decisions[:2]] == [Command.WARN, Command.BRAKE]
+    assert decisions[-1].counters.frames == 5
+    assert controller.update(1.0).reason is Reason.STALE
+
+
 def test_points() -> None:
     controller = BrakeController(path=SweptPath(OUTLINE), trigger=(1, 1))
     points = np.array([[2.4, 0.0, 0.1], [1.0, 2.0, 0.1]])
@@ -383,7 +394,7 @@ class TestState:
         ({"criteria": []}, ValueError, "criteria"),
         ({"criteria": 1.5}, TypeError, "criteria"),
         ({"criteria": [1.5]}, TypeError, "criteria"),
-        ({"scan": None}, ValueError, "scan or path"),
+        ({"scan": None, "criteria": [IttcThreshold()]}, ValueError, "needs a scan"),
         ({"scan": scanner(), "criteria": [SweptPathThreshold()]}, ValueError, "outline"),
         ({"scan": "scan"}, TypeError, "scan"),
         ({"time_increment": math.inf}, ValueError, "time_increment"),

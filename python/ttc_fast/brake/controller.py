@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast.brake.arguments import above_zero, at_least, finite, not_negative
 from ttc_fast.brake.command import Command, Counters, Decision, Reason
-from ttc_fast.brake.criteria import IttcThreshold, StoppingDistance, SweptPathThreshold
+from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.eyes import Eyes, Frame
 from ttc_fast.brake.memory import Memory
 from ttc_fast.brake.sight import Estimate, Motion
@@ -36,7 +36,8 @@ class BrakeController:
     scan : ScanTTC, optional
         How ``ranges`` are read. With an outline its beams are judged along the vehicle's path as well.
     path : SweptPath, optional
-        How ``points`` are read.
+        How ``points`` are read. With neither ``scan`` nor ``path``, each ``estimate`` is a frame of its own, judged by
+        ``EstimateThreshold(1.5)`` and ``StoppingDistance()``.
     range_rate : RangeRateTTC, optional
         Tells closing speeds without odometry; sees each frame, so that it is warm when odometry fails.
     time_increment : float, default 0.0
@@ -70,7 +71,7 @@ class BrakeController:
     Raises
     ------
     ValueError
-        If a setting is refused, or nothing is given to look with.
+        If a setting is refused.
     TypeError
         If a setting is of the wrong type.
 
@@ -131,6 +132,8 @@ class BrakeController:
         self._memory = Memory()
 
     def _default(self) -> list[Criterion]:
+        if self._eyes.only_estimates:
+            return [EstimateThreshold(), StoppingDistance()]
         first: Criterion = SweptPathThreshold() if self._eyes.sees_path else IttcThreshold()
         return [first, StoppingDistance()]
 
@@ -196,6 +199,8 @@ class BrakeController:
             self._memory.estimate = Estimate(*estimate)
         if ranges is not None or points is not None:
             self._look(Frame(now, finite("stamp", stamp), ranges, points, self._fresh_estimate(now)), commanded)
+        elif estimate is not None and self._eyes.only_estimates:
+            self._look(Frame(now, finite("estimate.stamp", estimate.stamp), None, None, estimate), commanded)
         return self._answer(now, override)
 
     def _take(self, motion: Motion, now: float) -> None:

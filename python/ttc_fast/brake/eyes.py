@@ -53,8 +53,6 @@ class Eyes:
         for name, (value, kind) in needed.items():
             if value is not None and not isinstance(value, kind):
                 raise TypeError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
-        if scan is None and path is None:
-            raise ValueError("scan or path must be given: without either there is nothing to look with")
         if range_rate is not None and scan is None:
             raise ValueError("range_rate needs a scan: it tells the closing speeds of beams")
         self._scan = scan
@@ -63,6 +61,11 @@ class Eyes:
         self._range_rate = range_rate
         self._time_increment = finite("time_increment", time_increment)
         self._wants_beams = self._wants_path = True
+
+    @property
+    def only_estimates(self) -> bool:
+        """Whether there is nothing to look with but what others estimate."""
+        return self._scan is None and self._path is None
 
     @property
     def sees_path(self) -> bool:
@@ -91,6 +94,8 @@ class Eyes:
 
     def look(self, frame: Frame, motion: Motion | None) -> Scene:
         """Look at a new frame: by the vehicle's motion, or by range rate where that is not known."""
+        if self.only_estimates:
+            return self._estimate_alone(frame)
         rated = None
         if self._range_rate is not None and frame.ranges is not None:
             rated = self._range_rate.update(frame.ranges, frame.stamp, 0.0 if motion is None else motion.yaw_rate)
@@ -119,6 +124,12 @@ class Eyes:
                 seen = self._scan_path.nearest(frame.ranges, *motion[:3])
                 path = self._on_the_way(frame, motion, seen, seen.beam, seen.angle, seen.range)
         return Scene(motion.over_ground, beams, path, *second_opinion(frame), seen.counts.valid, seen.status, True)
+
+    def _estimate_alone(self, frame: Frame) -> Scene:
+        """Take the estimate for all there is to see."""
+        if frame.ranges is not None or frame.points is not None:
+            raise ValueError("ranges need a scan that reads them, and points need a path: give the controller one")
+        return Scene(None, None, None, *second_opinion(frame), 1, Status.CLEAR, True)
 
     def _without_motion(self, frame: Frame) -> Scene:
         """Look whether there is anything to see at all, as a vehicle that stands."""
