@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -103,7 +104,7 @@ class Eyes:
             return self.look_along(frame, motion)
         if rated is None:
             return self._without_motion(frame)
-        told = rated.status not in CANNOT_TELL
+        told = rated.status not in CANNOT_TELL and rated.rated >= rated.unrated
         sight = self._sight(Source.RANGE_RATE, frame, rated) if told else None
         return Scene(None, sight, None, *second_opinion(frame), rated.counts.valid, rated.status, told)
 
@@ -162,12 +163,13 @@ class Eyes:
 
     def state(self) -> Any:
         """Return what the range rate remembers."""
-        return None if self._range_rate is None else self._range_rate.state()
+        return copy.deepcopy(self._range_rate)
 
     def restore(self, state: Any) -> None:
         """Let the range rate go on from there."""
-        if self._range_rate is not None:
-            self._range_rate.restore(state)
+        if type(state) is not type(self._range_rate):
+            raise TypeError("state is of a controller with another range_rate")
+        self._range_rate = copy.deepcopy(state)
 
 
 def second_opinion(frame: Frame) -> tuple[Sight | None, bool]:
