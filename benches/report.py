@@ -12,6 +12,7 @@ from benches import latency, machine
 from benches.case import Case, Entrant
 from benches.clouds import street
 from benches.clouds.cases import CASES as CLOUDS
+from benches.paths.cases import CASES as PATHS
 from benches.scans.cases import CASES as SCANS
 from benches.table import Report, console, number, time_of
 from benches.timing import interleaved
@@ -30,12 +31,18 @@ SCAN_LEGEND = (
 )
 CLOUD_LEGEND = f"Clouds: {street.SOURCE}. C++: one pass, then nth_element."
 
+PATH_LEGEND = "The scans above, as points or as they are. NumPy: arc tangents of all points, without their checks."
+
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure what the arguments ask for, and print it."""
     arguments = _parser().parse_args(argv)
     reports = []
-    for title, legend, every in (("Scans", SCAN_LEGEND, SCANS), ("Clouds", CLOUD_LEGEND, CLOUDS)):
+    for title, legend, every in (
+        ("Scans", SCAN_LEGEND, SCANS),
+        ("Clouds", CLOUD_LEGEND, CLOUDS),
+        ("Swept paths", PATH_LEGEND, PATHS),
+    ):
         if cases := [case for case in every if arguments.only in str(case)]:
             reports.append(side_by_side(title, LEGEND + legend, list(cases), arguments.rounds))
     if arguments.latency:

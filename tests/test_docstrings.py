@@ -17,7 +17,18 @@ import ttc_fast
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-RESULTS = {"CloudTTC", "Counts", "CountsBatch", "MinX", "Nearest", "NearestBatch", "RoadFit", "TrackedTTC"}
+RESULTS = {
+    "CloudTTC",
+    "Counts",
+    "CountsBatch",
+    "MinX",
+    "Nearest",
+    "NearestBatch",
+    "NearestPoint",
+    "NearestPointBatch",
+    "RoadFit",
+    "TrackedTTC",
+}
 """Classes that only the package makes: they have attributes instead of parameters."""
 PUBLIC = {name: getattr(ttc_fast, name) for name in ttc_fast.__all__ if not isinstance(getattr(ttc_fast, name), str)}
 

@@ -5,6 +5,7 @@
 mod alignment;
 mod array;
 mod axes;
+mod beams;
 mod cloud;
 mod cloud_tracker;
 mod enums;
@@ -17,9 +18,12 @@ mod level;
 mod minimum;
 mod motion;
 mod nearest;
+mod nearest_point;
+mod path;
 mod points;
 mod road;
 mod scan;
+mod scan_path;
 mod tracked;
 
 use pyo3::prelude::*;
@@ -37,6 +41,10 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<nearest::Nearest>()?;
     m.add_class::<nearest::NearestBatch>()?;
     m.add_class::<scan::ScanTTC>()?;
+    m.add_class::<nearest_point::NearestPoint>()?;
+    m.add_class::<nearest_point::NearestPointBatch>()?;
+    m.add_class::<path::SweptPath>()?;
+    m.add_class::<scan_path::ScanSweptPath>()?;
     m.add_function(wrap_pyfunction!(ittc::ittc, m)?)?;
     m.add_class::<estimator::Minimum>()?;
     m.add_class::<estimator::KthSmallest>()?;
