@@ -191,3 +191,57 @@ fn status(best: Best, counts: Counts) -> Status {
         Status::NoData
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::SweptPath;
+    use crate::Status;
+    use crate::cloud::Points;
+    use crate::column::{Column, ColumnMut, Table};
+    use crate::real::Real;
+    use crate::scan::{Motion, Outline};
+    use crate::simd::Level;
+
+    const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.4, y_right: -0.15, y_left: 0.15 };
+
+    fn plane<'a>(x: &'a [f32], y: &'a [f32]) -> Points<'a, f32> {
+        let table = |column| Table::new(Column::new(column));
+        Points::batch([table(x), table(y), table(x)]).unwrap()
+    }
+
+    #[test]
+    fn min_nearest_and_per_point_agree_at_every_level() {
+        let place = |i: u16| (f32::from(i * 37 % 501) / 50.0 - 5.0, f32::from(i * 101 % 499) / 50.0 - 5.0);
+        let (x, y): (Vec<f32>, Vec<f32>) = (0..200).map(place).unzip();
+        let points = plane(&x, &y);
+        for (speed, yaw_rate) in [(2.0, 0.0), (-2.0, 0.3), (0.0, 1.5), (3.0, 1e-16), (0.0, 0.0)] {
+            let motion = Motion { speed, yaw_rate, lateral_speed: 0.0 };
+            let mut said = vec![];
+            for level in Level::all() {
+                let path = SweptPath::new(CAR, 2.0, level).unwrap();
+                let mut times = [0.0_f32; 200];
+                path.per_point(&points, 0, motion, &mut ColumnMut::new(&mut times), None).unwrap();
+                let nearest = path.nearest(&points, 0, motion).unwrap();
+                assert_eq!(path.min(&points, 0, motion).unwrap(), Some(nearest.ttc));
+                assert_eq!(times.into_iter().fold(f32::INFINITY, f32::min), f32::of(nearest.ttc));
+                assert!(nearest.ttc.is_infinite() || times[nearest.index.unwrap()] == f32::of(nearest.ttc));
+                said.push((nearest.ttc.to_bits(), nearest.index));
+            }
+            assert!(said.iter().all(|each| *each == said[0]), "{said:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_refused() {
+        let path = SweptPath::new(CAR, 5.0, Level::BASELINE).unwrap();
+        let (x, y) = ([1.0_f32, 2.0], [0.0_f32; 2]);
+        let mut short = [0.0_f32; 1];
+        let out = &mut ColumnMut::new(&mut short);
+        assert_eq!(path.per_point(&plane(&x, &y), 0, Motion::default(), out, None).unwrap_err().argument, "out");
+        let spinning = Motion { yaw_rate: 4e8, ..Motion::default() };
+        assert_eq!(path.check_motion(spinning).unwrap_err().argument, "yaw_rate");
+        assert!(SweptPath::new(CAR, f64::INFINITY, Level::BASELINE).is_err());
+        assert!(SweptPath::new(Outline { x_front: 1e7, ..CAR }, 5.0, Level::BASELINE).is_err());
+        assert_eq!(path.nearest(&plane(&[], &[]), 0, Motion::default()).unwrap().status, Status::NoData);
+    }
+}
