@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from ttc_fast import BrakeController, Command, IttcThreshold, StoppingDistance
 from ttc_fast.configuration import Configuration, ConfigurationError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 FILE = """
 [scan]
@@ -89,5 +91,5 @@ def test_a_damaged_file_is_named(tmp_path: Path, text: str, says: str) -> None:
     if says:
         with pytest.raises(ConfigurationError, match=f"brake.toml: {says}"):
             Configuration.read(path)
-    with pytest.raises(ConfigurationError, match="missing.toml: cannot be read"):
+    with pytest.raises(ConfigurationError, match=r"missing\.toml: cannot be read"):
         Configuration.read(tmp_path / "missing.toml")

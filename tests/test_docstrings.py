@@ -19,12 +19,15 @@ if TYPE_CHECKING:
 
 RESULTS = {
     "CloudTTC",
+    "Decision",
     "Counts",
     "CountsBatch",
     "MinX",
     "Nearest",
     "NearestBatch",
     "RangeRateNearest",
+    "NearestPoint",
+    "NearestPointBatch",
     "RoadFit",
     "TrackedTTC",
 }

@@ -116,7 +116,9 @@ def _measured(rng: np.random.Generator, time: Floats, distance: Floats, speed: F
 def _wandering(rng: np.random.Generator, stamps: Floats, std: float, memory: float) -> Floats:
     """Give noise that resembles that of the frame before."""
     kept = np.exp(-np.diff(stamps, prepend=stamps[0]) / memory)
-    steps: Floats = rng.normal(0.0, 1.0, len(stamps)) * std * np.sqrt(1 - np.where(np.arange(len(stamps)) > 0, kept, 0.0) ** 2)
+    steps: Floats = (
+        rng.normal(0.0, 1.0, len(stamps)) * std * np.sqrt(1 - np.where(np.arange(len(stamps)) > 0, kept, 0.0) ** 2)
+    )
     values: Floats = np.empty_like(steps)
     value = 0.0
     for i, step in enumerate(steps):

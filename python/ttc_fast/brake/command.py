@@ -149,7 +149,7 @@ class Decision(NamedTuple):
     >>> decision.command.name, decision.reason.name, round(decision.value, 2)
     ('BRAKE', 'CRITERION', 0.48)
     >>> print(decision)
-    BRAKE (CRITERION): IttcThreshold: 0.48 < 1.5 s; beam 0 at 2.00 m, 1.92 m clear, closing at 4.00 m/s, TTC 0.48 s
+    BRAKE (CRITERION): IttcThreshold: 0.48 < 1.5 s; return 0 at 2.00 m, 1.92 m clear, closing at 4.00 m/s, TTC 0.48 s
     """
 
     command: Command

@@ -90,7 +90,7 @@ class BrakeController:
     >>> for stamp in (0.0, 0.025, 0.05):
     ...     decision = controller.update(stamp + 0.02, ranges=wall, stamp=stamp, motion=Motion(4.0))
     >>> print(decision)
-    BRAKE (CRITERION): SweptPathThreshold: 0.63 < 1.5 s; ...
+    BRAKE (CRITERION): SweptPathThreshold: 0.63 < 1.5 s; return 15 at 3.00 m, 2.52 m clear, closing at 4.00 m/s, TTC 0.63 s
     """
 
     def __init__(

@@ -91,7 +91,7 @@ class Looks(Enum):
 
 
 class Criterion(Protocol):
-    """What a controller asks of a criterion.
+    """What a controller asks of a criterion. One's own may be anything that has these.
 
     Attributes
     ----------
@@ -106,7 +106,26 @@ class Criterion(Protocol):
     looks: ClassVar[Looks]
 
     def judge(self, scene: Scene) -> Judgement:
-        """Compare what is seen with the threshold."""
+        """Compare what is seen with the threshold.
+
+        Parameters
+        ----------
+        scene : Scene
+            What is seen.
+
+        Returns
+        -------
+        Judgement
+
+        Examples
+        --------
+        >>> from ttc_fast import IttcThreshold, Status
+        >>> from ttc_fast.brake import Scene, Sight, Source
+        >>> sight = Sight(Source.BEAMS, 1.2, Status.CLOSING, 7, 0.0, 6.0, 6.0, 5.0, 0.0)
+        >>> scene = Scene(5.0, sight, None, None, False, 100, Status.CLOSING, True)
+        >>> IttcThreshold(1.5).judge(scene).triggers
+        True
+        """
         ...
 
 
@@ -115,7 +134,7 @@ NOTHING = Judgement(math.inf, 0.0, None)
 
 
 @dataclass(frozen=True)
-class IttcThreshold:
+class IttcThreshold(Criterion):
     """Brake when the least iTTC of any beam is below a threshold: the classic rule of F1TENTH.
 
     It cannot see where the vehicle goes: it brakes for walls that are only passed (0.36 s beside walls 1 m away at
@@ -148,12 +167,11 @@ class IttcThreshold:
         above_zero("threshold", self.threshold, "s")
 
     def judge(self, scene: Scene) -> Judgement:
-        """Compare the iTTC with the threshold."""
         return NOTHING if scene.beams is None else Judgement(scene.beams.ttc, self.threshold, scene.beams)
 
 
 @dataclass(frozen=True)
-class SweptPathThreshold:
+class SweptPathThreshold(Criterion):
     """Brake when the outline, moving on as now, touches something within a threshold.
 
     It cannot see what moves by itself to close faster, nor that the driver is about to steer. Without odometry there is
@@ -186,13 +204,12 @@ class SweptPathThreshold:
         above_zero("threshold", self.threshold, "s")
 
     def judge(self, scene: Scene) -> Judgement:
-        """Compare the time to the first touch with the threshold."""
         sight = scene.path or scene.beams
         return NOTHING if sight is None else Judgement(sight.ttc, self.threshold, sight)
 
 
 @dataclass(frozen=True)
-class EstimateThreshold:
+class EstimateThreshold(Criterion):
     """Brake when the second opinion's TTC is below a threshold.
 
     An estimate whose interval reaches infinity is not sure that anything comes closer: it may warn and never brakes. It
@@ -225,7 +242,6 @@ class EstimateThreshold:
         above_zero("threshold", self.threshold, "s")
 
     def judge(self, scene: Scene) -> Judgement:
-        """Compare the estimated TTC with the threshold."""
         if scene.estimate is None:
             return NOTHING
         ttc = scene.estimate.ttc if scene.sure else max(scene.estimate.ttc, self.threshold)
@@ -233,7 +249,7 @@ class EstimateThreshold:
 
 
 @dataclass(frozen=True)
-class StoppingDistance:
+class StoppingDistance(Criterion):
     """Brake when the vehicle could only just stop short of something.
 
     ``v reaction_time + v^2 / (2 deceleration) + margin``, with v the closing speed, against the clearance. A TTC
@@ -277,7 +293,6 @@ class StoppingDistance:
         not_negative("margin", self.margin, "m")
 
     def judge(self, scene: Scene) -> Judgement:
-        """Compare the clearance with what it takes to stop."""
         nearest = self._needed(scene.path or scene.beams)
         if scene.estimate is None or not scene.sure:
             return nearest
@@ -294,7 +309,7 @@ class StoppingDistance:
 
 
 @dataclass(frozen=True)
-class RssDistance:
+class RssDistance(Criterion):
     """Brake when the gap is less than RSS's safe longitudinal distance.
 
     The safe distance lets the vehicle accelerate during the response time and brake gently after it, while what is
@@ -344,7 +359,6 @@ class RssDistance:
         above_zero("braking_max", self.braking_max, "m/s^2")
 
     def judge(self, scene: Scene) -> Judgement:
-        """Compare the gap with the safe distance."""
         sight, target = scene.path or scene.beams, scene.estimate
         nearest = NOTHING
         if sight is not None and sight.closing_speed > 0.0 and sight.ttc < math.inf:

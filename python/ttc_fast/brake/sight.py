@@ -74,7 +74,7 @@ class Sight(NamedTuple):
 
     def __str__(self) -> str:
         """Say what is there, in one line."""
-        what = {Source.PATH: "point", Source.ESTIMATE: "target"}.get(self.source, "beam")
+        what = "target" if self.source is Source.ESTIMATE else "return"
         where = f"{what} {self.index}" if self.index >= 0 else what
         at = f" at {self.range:.2f} m," if math.isfinite(self.range) else ""
         return (
@@ -85,7 +85,7 @@ class Sight(NamedTuple):
 class Motion(NamedTuple):
     """How the vehicle moves.
 
-    Attributes
+    Parameters
     ----------
     speed : float
         Of the vehicle's origin, forward, m/s; negative when reversing. Odometry without a sign would take reversing
@@ -121,7 +121,7 @@ STANDING = Motion(0.0)
 class Estimate(NamedTuple):
     """A second opinion, from a tracker or a camera.
 
-    Attributes
+    Parameters
     ----------
     stamp : float
         When it was made, s.
@@ -133,6 +133,13 @@ class Estimate(NamedTuple):
         m; NaN when not known, as for a camera.
     closing_speed : float
         m/s; NaN when not known.
+
+    Examples
+    --------
+    >>> from ttc_fast import DistanceTracker, Estimate
+    >>> seen = DistanceTracker(noise=0.02).update(8.0, 0.0)
+    >>> Estimate(0.0, seen.ttc, seen.ttc_interval, seen.distance, seen.closing_speed).distance
+    8.0
     """
 
     stamp: float

@@ -9,6 +9,8 @@ nothing clever. Read it in this order:
 - ``vote``: which beam decides
 - ``scan`` and ``bare``: these put together, as ``ScanTTC`` and ``ittc``
 - ``range_rate``: closing speeds from scan to scan instead of from the vehicle's speed, as ``RangeRate``
+- ``sweep``: when a point first enters the moving outline
+- ``path``: that of points and of beams, as ``SweptPath`` and ``ScanSweptPath``
 - ``results`` and ``arguments``: what comes out, and what may go in
 
 and for point clouds:
@@ -52,11 +54,22 @@ from ttc_fast._core import (
     Supported,
     TheilSen,
 )
+from ttc_fast.brake import (
+    BrakeController,
+    Command,
+    Decision,
+    Estimate,
+    EstimateThreshold,
+    IttcThreshold,
+    Motion,
+    Reason,
+    RssDistance,
+    StoppingDistance,
+    SweptPathThreshold,
+)
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.bare import ittc
 from ttc_fast.reference.cloud import MinX, robust_min_x
-from ttc_fast.reference.cloud_tracker import CloudTracker, TrackedTTC
-from ttc_fast.reference.range_rate import RangeRate, RangeRateNearest
 from ttc_fast.reference.cloud_tracker import CloudTracker
 from ttc_fast.reference.motion import (
     deceleration_to_avoid_crash,
@@ -66,7 +79,9 @@ from ttc_fast.reference.motion import (
     ttc_constant_acceleration,
     ttc_constant_velocity,
 )
-from ttc_fast.reference.results import Counts, CountsBatch, Nearest, NearestBatch
+from ttc_fast.reference.path import ScanSweptPath, SweptPath
+from ttc_fast.reference.range_rate import RangeRate, RangeRateNearest
+from ttc_fast.reference.results import Counts, CountsBatch, Nearest, NearestBatch, NearestPoint, NearestPointBatch
 from ttc_fast.reference.road import RoadFit, fit_road
 from ttc_fast.reference.scan import ScanTTC
 from ttc_fast.reference.shrinking import CloudTTC, ttc_from_clouds, ttc_from_distances
@@ -77,37 +92,52 @@ from ttc_fast.status import Detection, RoadStatus, Status
 __all__ = [
     "Alignment",
     "AlphaBeta",
+    "BrakeController",
     "CloudTTC",
     "CloudTracker",
     "Cluster",
+    "Command",
     "Counts",
     "CountsBatch",
+    "Decision",
     "Detection",
     "DistanceTracker",
+    "Estimate",
+    "EstimateThreshold",
     "EstimatedNoise",
     "Gate",
     "InterquartileFence",
+    "IttcThreshold",
     "KalmanCA",
     "KalmanCV",
     "KthSmallest",
     "MeanOfLowest",
     "MinX",
     "Minimum",
+    "Motion",
     "Nearest",
     "NearestBatch",
+    "NearestPoint",
+    "NearestPointBatch",
     "NeighbourSupport",
     "NoDataError",
     "Quantile",
     "RangeRate",
     "RangeRateNearest",
+    "Reason",
     "Road",
     "RoadFit",
     "RoadStatus",
+    "RssDistance",
+    "ScanSweptPath",
     "ScanTTC",
     "SlidingLine",
     "SlidingParabola",
     "Status",
+    "StoppingDistance",
     "Supported",
+    "SweptPath",
+    "SweptPathThreshold",
     "TheilSen",
     "TrackedTTC",
     "closing_speed_from_ego_velocity",
