@@ -1,11 +1,11 @@
 //! `ScanTTC`.
 
 use crate::array::{Floats, Numbers, as_array, outputs};
+use crate::ego_motion::{MotionArguments, Motions};
 use crate::errors::{no_data, value_error, value_error_in_row};
 use crate::gil::release;
 use crate::level;
 use crate::minimum::minimum;
-use crate::motion::{MotionArguments, Motions};
 use crate::nearest::{Nearest, NearestBatch};
 use numpy::PyUntypedArrayMethods;
 use numpy::{PyArray1, PyUntypedArray};

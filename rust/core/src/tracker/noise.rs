@@ -3,7 +3,7 @@
 use super::settings::Noise;
 
 /// Surprises count as at most so many standard deviations: an outlier is a sign of noise, but no measure of it.
-const CLIP: f64 = 3.0;
+const CLIP: f64 = 2.5;
 /// What the first estimate weighs, frames.
 const PRIOR: f64 = 3.0;
 /// An estimate never falls below this part of its start: perfect distances are simulated ones.
@@ -66,7 +66,7 @@ impl Whiteness {
     /// Frames that it is remembered for.
     const FRAMES: f64 = 30.0;
     /// What white noise weighs at first, frames.
-    const PRIOR: f64 = 5.0;
+    const PRIOR: f64 = 10.0;
     /// No surprises are taken to be more alike than this.
     const MOST: f64 = 0.9;
 
