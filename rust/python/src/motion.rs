@@ -53,8 +53,9 @@ pub fn ttc_constant_velocity<'py>(
     apply_with_status(arguments, formula, status_out, status)
 }
 
-/// Seconds until a distance is used up at constant closing acceleration: the first positive root of
-/// ``distance = closing_speed t + closing_acceleration t^2 / 2``.
+/// Seconds until a distance is used up at constant closing acceleration.
+///
+/// The first positive root of ``distance = closing_speed t + closing_acceleration t^2 / 2``.
 ///
 /// Parameters
 /// ----------
