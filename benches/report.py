@@ -17,6 +17,7 @@ from benches.scans.cases import CASES as SCANS
 from benches.scans.rates import CASES as RATES
 from benches.table import Report, console, number, time_of
 from benches.timing import interleaved
+from benches.tracks.cases import CASES as TRACKS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +34,13 @@ SCAN_LEGEND = (
 RATE_LEGEND = "One scan after the other, each with its stamp, a room seen by a car that stands."
 CLOUD_LEGEND = f"Clouds: {street.SOURCE}. C++: one pass, then nth_element."
 PATH_LEGEND = "The scans above, as points or as they are. NumPy: arc tangents of all points, without their checks."
+
+TRACK_LEGEND = "Each is a tracker made and fed a hundred distances. NumPy: polyfit over the window, and no more."
+KINDS: tuple[tuple[str, str, Sequence[Case]], ...] = (
+    ("Scans", SCAN_LEGEND, SCANS),
+    ("Clouds", CLOUD_LEGEND, CLOUDS),
+    ("Trackers", TRACK_LEGEND, TRACKS),
+)
 
 
 def main(argv: Sequence[str] | None = None) -> None:

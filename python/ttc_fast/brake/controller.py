@@ -89,8 +89,10 @@ class BrakeController:
     >>> wall[14:17] = 3.0
     >>> for stamp in (0.0, 0.025, 0.05):
     ...     decision = controller.update(stamp + 0.02, ranges=wall, stamp=stamp, motion=Motion(4.0))
-    >>> print(decision)
-    BRAKE (CRITERION): SweptPathThreshold: 0.63 < 1.5 s; return 15 at 3.00 m, 2.52 m clear, closing at 4.00 m/s, TTC 0.63 s
+    >>> print(str(decision).split(";")[0])
+    BRAKE (CRITERION): SweptPathThreshold: 0.63 < 1.5 s
+    >>> print(decision.sight)
+    return 15 at 3.00 m, 2.52 m clear, closing at 4.00 m/s, TTC 0.63 s
     """
 
     def __init__(

@@ -72,7 +72,7 @@ fn write_track(out: &mut Vec<f64>, track: &Track) {
     out.push(f64::from(track.run));
     write_whiteness(out, &track.whiteness);
     write_measured(out, &track.last);
-    out.push(track.standing.last);
+    out.extend([track.standing.last, track.standing.spread]);
     write_recursive(out, &track.standing.line);
     match &track.filter {
         Filter::Recursive(filter) => write_recursive(out, filter),
@@ -87,7 +87,7 @@ fn read_track(reader: &mut Reader<'_>, track: &mut Track) -> Option<()> {
     track.run = u32::try_from(reader.count(u32::MAX as usize)?).ok()?;
     track.whiteness = read_whiteness(reader)?;
     track.last = read_measured(reader)?;
-    track.standing.last = reader.finite()?;
+    [track.standing.last, track.standing.spread] = reader.many(Reader::finite)?;
     read_recursive(reader, &mut track.standing.line)?;
     match &mut track.filter {
         Filter::Recursive(filter) => read_recursive(reader, filter),

@@ -61,7 +61,7 @@ use ttc_fast_core::tracker::{self, Settings};
 /// >>> for frame in range(20):
 /// ...     result = tracker.update(30.0 - 0.8 * frame + noise[frame], stamp=1.7e9 + 0.1 * frame)
 /// >>> result.status.name, round(result.ttc, 1)
-/// ('CLOSING', 1.9)
+/// ('CLOSING', 1.8)
 /// >>> low, high = result.ttc_interval
 /// >>> low < 14.8 / 8.0 < high
 /// True
