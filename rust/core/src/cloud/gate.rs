@@ -139,6 +139,13 @@ impl Gate {
         })
     }
 
+    /// How far ahead a stored point is, on a straight path.
+    #[inline(always)]
+    pub(super) fn ahead<T: Real>(&self, stored: [T; 3]) -> T {
+        let Axis { column, flipped } = self.axes[0];
+        if flipped { T::ZERO - stored[column] } else { stored[column] }
+    }
+
     /// Distance along and offset from the path, to the left, of a point on the ground.
     ///
     /// A circle about (0, 1 / curvature). Written so that it is smooth as the curvature goes to 0.

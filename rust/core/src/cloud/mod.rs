@@ -7,6 +7,7 @@
 mod alignment;
 mod candidates;
 mod cluster;
+mod collect;
 mod estimator;
 mod gate;
 mod points;
