@@ -8,6 +8,7 @@ use crate::real::Real;
 use crate::simd::Level;
 use crate::threads::pieces;
 use std::cmp::Ordering;
+use std::ops::Range;
 
 /// A point inside the gate: its distance ahead, and which it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,11 +75,15 @@ impl<T: Real> Candidates<T> {
         level: Level,
         threads: usize,
     ) -> Self {
-        let found = pieces(threads, points.len(), LEAST_PIECE, |range| {
-            let mut piece = Candidates::nothing(wanted, points.len());
+        let piece = |range: Range<usize>| {
+            let mut piece = Candidates::nothing(wanted, range.len());
             points.rows(range).for_each(|(first, row)| piece.collect(first, row, gate, level));
             piece
-        });
+        };
+        if threads == 1 {
+            return piece(0..points.len()); // no list for one: a small cloud would notice
+        }
+        let found = pieces(threads, points.len(), LEAST_PIECE, piece);
         found.into_iter().reduce(Self::with).unwrap_or_else(|| Candidates::nothing(wanted, 0))
     }
 
@@ -114,10 +119,12 @@ impl<T: Real> Candidates<T> {
     fn collect_as<L: Layout<T>>(&mut self, layout: L, search: Search<'_, T>) {
         let Some(from) = search.level.run(Collect { layout, search, from: 0, every: 1, into: self }) else { return };
         // They are many, and more are likely to come. The nearest of a sample are no nearer than the nearest of all: a bound,
-        // in whatever order points come.
-        let mut sample = Candidates { cap: self.cap, ..Candidates::nothing(self.wanted, 2 * ROOM) };
-        search.level.run(Collect { layout, search, from, every: SAMPLE, into: &mut sample });
-        self.cap = sample.thin().unwrap_or(self.cap);
+        // in whatever order points come. A small sample bounds the large one, which may come in a bad order too.
+        for every in [SAMPLE * SAMPLE, SAMPLE] {
+            let mut sample = Candidates { cap: self.cap, ..Candidates::nothing(self.wanted, 2 * ROOM) };
+            search.level.run(Collect { layout, search, from, every, into: &mut sample });
+            self.cap = sample.thin().unwrap_or(self.cap);
+        }
         search.level.run(Collect { layout, search, from, every: 1, into: self });
     }
 

@@ -60,6 +60,14 @@ impl Gate {
     /// # Errors
     /// When bounds are swapped or NaN, the curvature is not finite, or two axes use the same column.
     pub fn checked(self) -> Result<Self, Error> {
+        self.check().map(|()| self)
+    }
+
+    /// Whether the gate makes sense.
+    ///
+    /// # Errors
+    /// As `checked`.
+    pub fn check(&self) -> Result<(), Error> {
         interval("x", self.x)?;
         interval("y", self.y)?;
         self.z.map_or(Ok(()), |z| interval("z", z))?;
@@ -69,7 +77,7 @@ impl Gate {
         let mut columns = self.axes.map(|axis| axis.column);
         columns.sort_unstable();
         if columns == [0, 1, 2] {
-            Ok(self)
+            Ok(())
         } else {
             Err(Error::new("axes", "must name each of the stored x, y and z once"))
         }

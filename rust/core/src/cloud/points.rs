@@ -84,7 +84,8 @@ impl<'a, T: Real> Points<'a, T> {
     /// Point `i`, as stored.
     pub(super) fn get(&self, i: usize) -> [T; 3] {
         let columns = self.xyz[0].columns();
-        self.xyz.map(|table| table.row(i / columns).get(i % columns))
+        let (row, column) = if i < columns { (0, i) } else { (i / columns, i % columns) };
+        self.xyz.map(|table| table.row(row).get(column))
     }
 }
 
