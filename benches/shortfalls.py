@@ -33,10 +33,10 @@ _BATCH = (
     "the bytes takes a small part of that."
 )
 _HITS = (
-    "Points inside the gate take 4 to 10 ns each, to be kept, bounded and selected from, and the sector ahead that this "
-    "cloud is cut from has far more of them than a whole frame (about 140 of 1k, 580 of 20k): with a gate that nothing "
-    "passes, 1k points take 0.3 of the time and 20k points 0.6 of it. Of 1k points the goal is less than the call itself "
-    "takes (robust_min_x of 1 point, below)."
+    "Points inside the gate take 4 to 10 ns each, to be kept, bounded and selected from, and the sector ahead that "
+    "this cloud is cut from has a large share of them (about 140 of 1k, 580 of 20k): with a gate that "
+    "nothing passes, 1k points take 0.3 of the time and 20k points 0.6 of it. Of 1k points the goal is less than the "
+    "call itself takes (robust_min_x of 1 point, below)."
 )
 _GATE = (
     "A gate that nothing passes takes what a bare read takes. The rest are the points inside, about 580 of a frame at "

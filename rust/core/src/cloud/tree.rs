@@ -40,14 +40,14 @@ type Numbered = (Point, u32);
 
 impl Tree {
     pub(super) fn new(points: impl ExactSizeIterator<Item = Point>) -> Self {
-        let mut placed: Vec<Numbered> = points.zip(0..).collect();
-        let (low, high) = placed.iter().fold(NOTHING, |bounds, (point, _)| around(bounds, (*point, *point)));
-        arrange(&mut placed, std::array::from_fn(|axis| high[axis] - low[axis]));
-        let mut places = vec![0; placed.len()];
-        for (place, (_, number)) in (0..).zip(&placed) {
+        let mut numbered: Vec<Numbered> = points.zip(0..).collect();
+        let (low, high) = numbered.iter().fold(NOTHING, |bounds, (point, _)| around(bounds, (*point, *point)));
+        arrange(&mut numbered, std::array::from_fn(|axis| high[axis] - low[axis]));
+        let mut places = vec![0; numbered.len()];
+        for (place, (_, number)) in (0..).zip(&numbered) {
             places[*number as usize] = place;
         }
-        let points: Vec<Point> = placed.into_iter().map(|(point, _)| point).collect();
+        let points: Vec<Point> = numbered.into_iter().map(|(point, _)| point).collect();
         let mut boxes: Vec<Bounds> = points.iter().map(|point| (*point, *point)).collect();
         let mut levels = Vec::new();
         while levels.is_empty() || boxes.len() > 1 {
