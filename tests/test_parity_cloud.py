@@ -126,6 +126,7 @@ ORDERS: dict[str, NDArray[Any]] = {
     "descending": np.sort(AHEAD)[::-1],
     "all equal": np.full(MANY, 7.3),
     "all inside": AHEAD,
+    "equal behind farther ones": np.where(np.arange(MANY) < 3000, 9.1, 7.3),
     "none inside": -AHEAD,
     "all NaN": np.full(MANY, np.nan),
     "all zero": np.zeros(MANY),
