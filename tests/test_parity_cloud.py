@@ -110,6 +110,13 @@ def test_two_distances(previous: float, current: float, dt: float) -> None:
     assert math.copysign(1, ttc) == 1
 
 
+@pytest.mark.parametrize("dt", [1e-9, 10.0, 1e300])
+def test_distances_whose_product_with_the_time_is_no_number(dt: float) -> None:
+    ttc = ttc_fast.ttc_from_distances(1.5e308, 1e308, dt)
+    assert ttc == reference.ttc_from_distances(1.5e308, 1e308, dt)
+    assert ttc == pytest.approx(2 * dt)
+
+
 # Named worlds, large enough for the nearest of a sample to be known first.
 MANY = 30_011
 RANDOM = np.random.default_rng(3)
@@ -119,6 +126,7 @@ ORDERS: dict[str, NDArray[Any]] = {
     "descending": np.sort(AHEAD)[::-1],
     "all equal": np.full(MANY, 7.3),
     "all inside": AHEAD,
+    "equal behind farther ones": np.where(np.arange(MANY) < 3000, 9.1, 7.3),
     "none inside": -AHEAD,
     "all NaN": np.full(MANY, np.nan),
     "all zero": np.zeros(MANY),
@@ -241,6 +249,35 @@ def test_quantiles_are_numpys(q: float) -> None:
         x = rng.uniform(0, 50, size)
         points = np.stack([x, np.zeros(size), np.ones(size)], axis=-1)
         assert ttc_fast.robust_min_x(points, estimator=ttc_fast.Quantile(q)).x == np.quantile(x, q)
+
+
+@pytest.mark.parametrize(
+    ("estimator", "x"),
+    [
+        (ttc_fast.Quantile(0.5), 0.0),
+        (ttc_fast.Quantile(0.0), -1.5e308),
+        (ttc_fast.Quantile(0.6), 3e307),
+        (ttc_fast.Quantile(1.0), 1.5e308),
+        (ttc_fast.InterquartileFence(0.0), 1.5e308),
+        (ttc_fast.InterquartileFence(1.5), -1.5e308),
+        (ttc_fast.MeanOfLowest(2), 0.0),
+    ],
+    ids=repr,
+)
+def test_sums_and_differences_beyond_the_largest_number(estimator: Any, x: float) -> None:
+    points = np.array([[-1.5e308, 0.0, 0.5], [1.5e308, 0.0, 0.5]])
+    gate = Gate(x=(-np.inf, np.inf))
+    assert_parity(points, gate, estimator)
+    assert ttc_fast.robust_min_x(points, gate=gate, estimator=estimator).x == pytest.approx(x, rel=1e-12)
+    far = np.array([[1.5e308, 0.0, 0.5], [1.5e308, 0.1, 0.5]])
+    assert ttc_fast.robust_min_x(far, estimator=estimator).x == pytest.approx(1.5e308, rel=1e-12)
+    assert_parity(far, Gate(), estimator)
+
+
+def test_many_points_on_one_spot_and_as_many_just_out_of_reach() -> None:
+    spots = np.repeat([[5.0, 0.0, 0.0], [5.0, 0.21, 0.0], [9.0, 0.0, 0.0]], [700, 700, 1500], axis=0)
+    for min_points in (700, 701, 1501):
+        assert_parity(spots, Gate(), ttc_fast.Cluster(0.2, min_points))
 
 
 GATES: dict[str, Callable[[float], Gate]] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -69,23 +70,41 @@ def _kth_smallest(candidates: Candidates, k: int) -> Estimate | None:
 def _quantile(candidates: Candidates, q: float) -> Estimate | None:
     if len(candidates.x) == 0:
         return None
-    x = float(np.quantile(candidates.x, q))
+    x = _order_statistic(candidates.x, q)
     return Estimate(x, index=-1, support=int(np.count_nonzero(candidates.x <= x)))
 
 
 def _mean_of_lowest(candidates: Candidates, k: int) -> Estimate | None:
     if len(candidates.x) < k:
         return None
-    return Estimate(float(np.mean(candidates.x[:k])), index=-1, support=k)
+    with np.errstate(over="ignore"):
+        mean = float(np.mean(candidates.x[:k]))
+    # A sum beyond the largest number has a mean all the same.
+    return Estimate(mean if math.isfinite(mean) else float(np.sum(candidates.x[:k] / k)), index=-1, support=k)
 
 
 def _fenced(candidates: Candidates, factor: float) -> Estimate | None:
     """Tukey's fence: what lies further below the lower quartile than ``factor`` interquartile ranges is an outlier."""
     if len(candidates.x) == 0:
         return None
-    lower, upper = (float(np.quantile(candidates.x, q)) for q in (0.25, 0.75))
-    inside = np.flatnonzero(candidates.x >= lower - factor * (upper - lower))
+    lower, upper = (_order_statistic(candidates.x, q) for q in (0.25, 0.75))
+    spread = factor * (upper - lower)
+    if not math.isfinite(spread):  # the difference may be beyond the largest number, and 0 times that is no number
+        spread = factor * upper - factor * lower
+    inside = np.flatnonzero(candidates.x >= lower - spread)
     return _single(candidates, inside[0], support=len(inside))
+
+
+def _order_statistic(x: Doubles, q: float) -> float:
+    """Give NumPy's quantile of sorted numbers, also of some whose difference is beyond the largest number."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        quantile = float(np.quantile(x, q))
+    if math.isfinite(quantile):
+        return quantile
+    place = q * (len(x) - 1)
+    below = int(place)
+    weight = place - below
+    return float(x[below] * (1 - weight) + x[min(below + 1, len(x) - 1)] * weight)
 
 
 def _supported(candidates: Candidates, points: int, gap: float) -> Estimate | None:

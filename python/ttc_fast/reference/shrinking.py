@@ -50,7 +50,10 @@ def ttc_from_distances(previous: float, current: float, dt: float) -> float:
     previous, current, dt = finite("previous", previous), finite("current", current), _checked_dt(dt)
     if not previous > current:
         return math.inf
-    return current * dt / (previous - current) if current > 0 else 0.0
+    if not current > 0:
+        return 0.0
+    product, shrunk = current * dt, previous - current
+    return product / shrunk if product < math.inf else current / shrunk * dt
 
 
 def ttc_from_clouds(

@@ -202,12 +202,16 @@ pub struct BackToBack<'a, T>(Records<'a, T>);
 pub trait Fours<T>: Copy {
     /// How many records there are.
     fn records(&self) -> usize;
-    /// The first four numbers of `N / 4` records from `at`, which must not be the last of all: what follows its third
-    /// number may not be there to read.
+    /// How many records lie before the first from which on several are read without crossing cache lines; 0 if none is.
+    fn unaligned(&self) -> usize {
+        0
+    }
+    /// The first four numbers of `M` times `N / 4` records from `at`, which must not be the last of all: what follows its
+    /// third number may not be there to read.
     ///
     /// # Panics
     /// When the records are not all before the last.
-    fn fours<const N: usize>(&self, at: usize) -> [T; N];
+    fn fours<const N: usize, const M: usize>(&self, at: usize) -> [[T; N]; M];
 }
 
 impl<T: Copy> Fours<T> for BackToBack<'_, T> {
@@ -216,12 +220,18 @@ impl<T: Copy> Fours<T> for BackToBack<'_, T> {
         self.0.0.len
     }
 
+    fn unaligned(&self) -> usize {
+        const LINE: usize = 64;
+        let (record, short) = (4 * size_of::<T>(), self.0.0.start.addr().wrapping_neg() % LINE);
+        if short.is_multiple_of(record) { short / record } else { 0 }
+    }
+
     #[inline(always)]
-    fn fours<const N: usize>(&self, at: usize) -> [T; N] {
-        self.0.0.check(at, N / 4 + 1);
-        // SAFETY: records at .. at + N / 4 are before the last, just checked, and lie back to back, four numbers each
+    fn fours<const N: usize, const M: usize>(&self, at: usize) -> [[T; N]; M] {
+        self.0.0.check(at, M * N / 4 + 1);
+        // SAFETY: records at .. at + M * N / 4 are before the last, just checked, and lie back to back, four numbers each
         // (checked in `back_to_back`).
-        unsafe { self.0.0.start.add(at * size_of::<T>() * 4).cast::<[T; N]>().read_unaligned() }
+        unsafe { self.0.0.start.add(at * size_of::<T>() * 4).cast::<[[T; N]; M]>().read_unaligned() }
     }
 }
 
@@ -232,13 +242,13 @@ impl<T: Copy> Fours<T> for Records<'_, T> {
     }
 
     #[inline(always)]
-    fn fours<const N: usize>(&self, at: usize) -> [T; N] {
-        self.0.check(at, N / 4 + 1);
-        let mut numbers = std::mem::MaybeUninit::<[T; N]>::uninit();
-        for i in 0..N / 4 {
+    fn fours<const N: usize, const M: usize>(&self, at: usize) -> [[T; N]; M] {
+        self.0.check(at, M * N / 4 + 1);
+        let mut numbers = std::mem::MaybeUninit::<[[T; N]; M]>::uninit();
+        for i in 0..M * N / 4 {
             // SAFETY: record at + i is not the last, and the stride is at least three numbers (checked in `new`): its
             // fourth number ends no later than the first number of the record after it, and `from_raw` vouches for all
-            // bytes up to that. Four numbers fit at 4 * i in `numbers`, as i < N / 4.
+            // bytes up to that. Four numbers fit at 4 * i in `numbers`, as i < M * N / 4.
             unsafe {
                 let record = self.0.start.offset((at + i).cast_signed() * self.0.stride).cast::<[T; 4]>();
                 numbers.as_mut_ptr().cast::<T>().add(4 * i).cast::<[T; 4]>().write_unaligned(record.read_unaligned());

@@ -1,7 +1,7 @@
 //! The two number types that sensors deliver.
 
 use crate::lanes::Lanes;
-use crate::simd::Instructions;
+use crate::simd::{Instructions, Sieve};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// `f32` or `f64`: what a kernel needs to know of its element type.
@@ -29,6 +29,8 @@ pub trait Real:
     const SLACK: Self;
     /// The smallest normal value: more than underflow can ever hide.
     const TINY: Self;
+    /// Not a number, with all bits set.
+    const ALL_BITS: Self;
 
     /// The nearest value of this type.
     fn of(value: f64) -> Self;
@@ -43,6 +45,8 @@ pub trait Real:
     fn wide(self) -> f64;
     /// For each lane a bit, whether `low <= x <= high`.
     fn within<I: Instructions>(simd: I, x: &Lanes<Self>, low: &Lanes<Self>, high: &Lanes<Self>) -> u16;
+    /// Whether any of 16 points passes the sieve: no is certain.
+    fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], sieve: &Sieve<Self>) -> bool;
     /// Whether it is not a number.
     fn is_nan(self) -> bool;
     /// Whether `low <= self <= high`, for `0 <= low <= high`.
@@ -53,7 +57,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($($float:ident $within:ident),*) => {$(
+    ($($float:ident $within:ident $may_pass:ident),*) => {$(
         impl Real for $float {
             const ZERO: Self = 0.0;
             const INFINITY: Self = $float::INFINITY;
@@ -61,6 +65,7 @@ macro_rules! real {
             const MAX: Self = $float::MAX;
             const SLACK: Self = 16.0 * $float::EPSILON;
             const TINY: Self = $float::MIN_POSITIVE;
+            const ALL_BITS: Self = $float::from_bits(!0);
 
             #[inline(always)]
             #[allow(clippy::cast_possible_truncation, reason = "rounding to the element type is the purpose")]
@@ -94,6 +99,11 @@ macro_rules! real {
             }
 
             #[inline(always)]
+            fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], sieve: &Sieve<Self>) -> bool {
+                simd.$may_pass(points, sieve)
+            }
+
+            #[inline(always)]
             fn is_nan(self) -> bool {
                 $float::is_nan(self)
             }
@@ -107,7 +117,7 @@ macro_rules! real {
     )*};
 }
 
-real!(f32 within_f32, f64 within_f64);
+real!(f32 within_f32 may_pass_f32, f64 within_f64 may_pass_f64);
 
 #[cfg(test)]
 mod tests {

@@ -395,6 +395,16 @@ fn is_writeable(array: &Array<'_>) -> bool {
     unsafe { (*array.as_array_ptr()).fields.flags & NPY_ARRAY_WRITEABLE != 0 }
 }
 
+/// Whether the array is one of records with named fields.
+pub fn is_records(array: &Array<'_>) -> PyResult<bool> {
+    // SAFETY: a live array has a live dtype, and every dtype starts with these fields.
+    let number = unsafe { (*(*array.as_array_ptr()).fields.descr).fields.type_num };
+    if number != NPY_TYPES::NPY_VOID as i32 {
+        return Ok(false);
+    }
+    Ok(!array.dtype().getattr(intern!(array.py(), "names"))?.is_none())
+}
+
 /// Whether the array holds `T` in this machine's byte order.
 fn holds<T: Element>(array: &Array<'_>) -> bool {
     // SAFETY: a live array has a live dtype, and every dtype starts with these fields.

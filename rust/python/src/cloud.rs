@@ -184,8 +184,8 @@ pub fn robust_min_x(
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
     let found = release(py, 3 * points.len(), || match points {
-        AnyPoints::Single(points) => cloud::robust_min_x(points, &gate, estimator, level::current(), threads),
-        AnyPoints::Double(points) => cloud::robust_min_x(points, &gate, estimator, level::current(), threads),
+        AnyPoints::Single(points) => cloud::robust_min_x(points, gate, estimator, level::current(), threads),
+        AnyPoints::Double(points) => cloud::robust_min_x(points, gate, estimator, level::current(), threads),
     });
     found.map(MinX).map_err(value_error)
 }
@@ -278,10 +278,10 @@ pub fn ttc_from_clouds(
     let level = level::current();
     let found = release(py, 3 * (clouds.0.len() + clouds.1.len()), || match clouds {
         (AnyPoints::Single(previous), AnyPoints::Single(current)) => {
-            Some(cloud::ttc_from_clouds([previous, current], dt, &gate, estimator, front_offset, level))
+            Some(cloud::ttc_from_clouds([previous, current], dt, gate, estimator, front_offset, level))
         }
         (AnyPoints::Double(previous), AnyPoints::Double(current)) => {
-            Some(cloud::ttc_from_clouds([previous, current], dt, &gate, estimator, front_offset, level))
+            Some(cloud::ttc_from_clouds([previous, current], dt, gate, estimator, front_offset, level))
         }
         _ => None,
     });

@@ -77,7 +77,7 @@ impl CloudTracker {
         settings.set_item("jump", jump)?;
         settings.set_item("max_gap", max_gap)?;
         let chosen = CloudSettings {
-            gate: self::gate(gate)?,
+            gate: *self::gate(gate)?,
             estimator: estimator_or_default(estimator)?,
             method: alignment(method)?,
             front_offset,

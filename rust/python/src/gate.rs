@@ -6,6 +6,7 @@ use crate::road::Road;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::LazyLock;
 use ttc_fast_core::cloud::{self, Interval};
 
 /// Which points of a cloud count: a corridor ahead, and optionally a height band and bright enough returns.
@@ -214,14 +215,11 @@ fn pair((low, high): Interval) -> String {
 }
 
 /// `gate=...`.
-pub fn gate(object: Option<&Bound<'_, PyAny>>) -> PyResult<cloud::Gate> {
-    object.map_or_else(
-        || Ok(cloud::Gate::default()),
-        |object| {
-            object
-                .cast::<Gate>()
-                .map(|gate| gate.get().0)
-                .map_err(|_| PyTypeError::new_err(format!("gate must be a Gate, got {object}")))
-        },
-    )
+pub fn gate<'a>(object: Option<&'a Bound<'_, PyAny>>) -> PyResult<&'a cloud::Gate> {
+    static DEFAULT: LazyLock<cloud::Gate> = LazyLock::new(cloud::Gate::default);
+    let Some(object) = object else { return Ok(&DEFAULT) };
+    match object.cast::<Gate>() {
+        Ok(gate) => Ok(&gate.get().0),
+        Err(_) => Err(PyTypeError::new_err(format!("gate must be a Gate, got {object}"))),
+    }
 }

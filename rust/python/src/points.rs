@@ -1,10 +1,9 @@
 //! Point clouds from Python, in place, whatever their layout.
 
-use crate::array::{Element, columns, grid, refuse_masked, type_name, wrong_dtype};
+use crate::array::{Element, columns, grid, is_records, refuse_masked, type_name, wrong_dtype};
 use crate::errors::value_error;
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
-use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use ttc_fast_core::cloud::{Intensity, Points};
@@ -19,7 +18,13 @@ type Array<'py> = Bound<'py, PyUntypedArray>;
 /// A cloud, and the arrays that it lies in.
 pub struct Cloud<'py> {
     points: AnyPoints<'py>,
-    _arrays: Vec<Array<'py>>,
+    _arrays: Arrays<'py>,
+}
+
+/// What keeps the points alive.
+enum Arrays<'py> {
+    One { _array: Array<'py> },
+    Several { _arrays: Vec<Array<'py>> },
 }
 
 /// Points, by the type of their coordinates.
@@ -57,11 +62,7 @@ impl<'py> Cloud<'py> {
             return Cloud::of_columns(argument, arrays);
         }
         let array = array(argument, object)?;
-        if array.dtype().getattr(intern!(object.py(), "names"))?.is_none() {
-            Cloud::of_rows(argument, array)
-        } else {
-            Cloud::of_records(argument, &array)
-        }
+        if is_records(&array)? { Cloud::of_records(argument, &array) } else { Cloud::of_rows(argument, array) }
     }
 
     /// The points, for as long as the arrays are kept.
@@ -90,7 +91,7 @@ impl<'py> Cloud<'py> {
             }
             _ => return Err(wrong_dtype(argument, &array)),
         };
-        Ok(Cloud { points, _arrays: vec![array] })
+        Ok(Cloud { points, _arrays: Arrays::One { _array: array } })
     }
 
     /// Records with fields x, y, z, and perhaps intensity.
@@ -139,7 +140,7 @@ impl<'py> Cloud<'py> {
             (_, Some(xyz)) => AnyPoints::Double(points(xyz, intensity)?),
             _ => return Err(unlike_columns(argument, xyz)),
         };
-        Ok(Cloud { points, _arrays: arrays })
+        Ok(Cloud { points, _arrays: Arrays::Several { _arrays: arrays } })
     }
 }
 
@@ -291,8 +292,10 @@ type Rows<'a, T> = ([Table<'a, T>; 3], Option<Table<'a, T>>);
 fn rows<'a, T: Element>(array: &Array<'_>) -> Option<Rows<'a, T>> {
     // SAFETY: `Cloud` keeps the array for as long as it hands out views.
     unsafe {
-        let intensity = columns::<T, 4>(array).map(|[_, _, _, intensity]| intensity);
-        Some((columns::<T, 3>(array)?, intensity))
+        match columns::<T, 4>(array) {
+            Some([x, y, z, intensity]) => Some(([x, y, z], Some(intensity))),
+            None => columns::<T, 3>(array).map(|xyz| (xyz, None)),
+        }
     }
 }
 

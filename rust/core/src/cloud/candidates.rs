@@ -1,16 +1,17 @@
 //! The points inside the gate, or as many of them as the estimate needs.
 
-use super::gate::{Gate, Rest};
+use super::collect::{Collect, Search};
+use super::gate::Gate;
 use super::points::{Columns, Layout, Packed, Points, Row};
 use crate::column::{Column, Records};
-use crate::lanes::LANES;
 use crate::real::Real;
-use crate::simd::{Instructions, Kernel, Level};
+use crate::simd::Level;
 use crate::threads::pieces;
+use std::cmp::Ordering;
 use std::ops::Range;
 
 /// A point inside the gate: its distance ahead, and which it is.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidate<T> {
     pub x: T,
     pub index: u32,
@@ -18,8 +19,21 @@ pub(super) struct Candidate<T> {
 
 impl<T: Real> Candidate<T> {
     /// Nearest first, and of two as near the one with the lower index.
-    pub(super) fn order(&self, other: &Self) -> std::cmp::Ordering {
-        self.partial_cmp(other).unwrap_or(std::cmp::Ordering::Equal)
+    #[inline(always)]
+    pub(super) fn order(&self, other: &Self) -> Ordering {
+        // What sorts asks is whether it is less, and that without a branch: half of those would be guessed wrongly.
+        if self.is_before(other) {
+            Ordering::Less
+        } else if other.is_before(self) {
+            Ordering::Greater
+        } else {
+            Ordering::Equal
+        }
+    }
+
+    #[inline(always)]
+    fn is_before(&self, other: &Self) -> bool {
+        (self.x < other.x) | ((self.x == other.x) & (self.index < other.index))
     }
 }
 
@@ -39,16 +53,16 @@ pub(super) struct Candidates<T> {
     pub count: usize,
     /// All of them, or if only the nearest were asked for at least those; in no order.
     pub kept: Vec<Candidate<T>>,
+    /// Points beyond this are not among the nearest.
+    pub cap: T,
     /// How many of the nearest are needed; all if `None`.
     wanted: Option<usize>,
-    /// Points beyond this are not among the nearest.
-    cap: T,
 }
 
-/// One in this many groups of points is looked at first, to know early how near the nearest are.
+/// When there are many candidates, this part of the groups of points tells how near the nearest are.
 const SAMPLE: usize = 64;
 /// More nearest points than wanted may be kept before they are thinned out.
-const ROOM: usize = 2048;
+const ROOM: usize = 64;
 /// Fewer points than this are not worth a thread of their own.
 const LEAST_PIECE: usize = 1 << 16;
 
@@ -61,20 +75,21 @@ impl<T: Real> Candidates<T> {
         level: Level,
         threads: usize,
     ) -> Self {
-        let nothing = || Candidates { count: 0, kept: Vec::new(), wanted, cap: T::MAX };
-        let mut cap = T::MAX;
-        if wanted.is_some_and(|wanted| points.len() > ROOM.max(SAMPLE.saturating_mul(wanted))) {
-            // The nearest of a sample are no nearer than the nearest of all: a bound to begin with, in any order.
-            let mut sample = nothing();
-            sample.collect(points, 0..points.len(), gate, level, SAMPLE);
-            cap = sample.thin().unwrap_or(cap);
-        }
-        let found = pieces(threads, points.len(), LEAST_PIECE, |range| {
-            let mut piece = Candidates { cap, ..nothing() };
-            piece.collect(points, range, gate, level, 1);
+        let piece = |range: Range<usize>| {
+            let mut piece = Candidates::nothing(wanted, range.len());
+            points.rows(range).for_each(|(first, row)| piece.collect(first, row, gate, level));
             piece
-        });
-        found.into_iter().reduce(Self::with).unwrap_or_else(nothing)
+        };
+        if threads == 1 {
+            return piece(0..points.len()); // no list for one: a small cloud would notice
+        }
+        let found = pieces(threads, points.len(), LEAST_PIECE, piece);
+        found.into_iter().reduce(Self::with).unwrap_or_else(|| Candidates::nothing(wanted, 0))
+    }
+
+    /// None yet, of at most `points`.
+    fn nothing(wanted: Option<usize>, points: usize) -> Self {
+        Candidates { count: 0, kept: Vec::with_capacity(points.min(2 * ROOM)), cap: T::MAX, wanted }
     }
 
     /// These and others.
@@ -84,119 +99,57 @@ impl<T: Real> Candidates<T> {
         self
     }
 
-    /// Collect from the points of a range, or from one in `every` groups of them.
-    fn collect(&mut self, points: Points<'_, T>, range: Range<usize>, gate: &Gate, level: Level, every: usize) {
-        for (first, row) in points.rows(range) {
-            let into = &mut *self;
-            if let Some(records) = Records::new(row.xyz) {
-                let fourth = gate.intensity.is_some() && row.intensity.is_some_and(|it| it.is_fourth(&records));
-                if let Some(records) = records.back_to_back() {
-                    level.run(Collect { layout: Packed(records), row, gate, fourth, first, every, into });
-                } else {
-                    level.run(Collect { layout: Packed(records), row, gate, fourth, first, every, into });
-                }
-            } else if let [Some(x), Some(y), Some(z)] = row.xyz.map(Column::dense) {
-                level.run(Collect { layout: Columns([x, y, z]), row, gate, fourth: false, first, every, into });
+    /// Collect from a row, whose first point is point `first` of the cloud.
+    fn collect(&mut self, first: usize, row: Row<'_, T>, gate: &Gate, level: Level) {
+        if let Some(records) = Records::new(row.xyz) {
+            let fourth = gate.intensity.is_some() && row.intensity.is_some_and(|it| it.is_fourth(&records));
+            if let Some(records) = records.back_to_back() {
+                self.collect_as(Packed(records), Search { first, row, gate, fourth, level });
             } else {
-                level.run(Collect { layout: Columns(row.xyz), row, gate, fourth: false, first, every, into });
+                self.collect_as(Packed(records), Search { first, row, gate, fourth, level });
             }
+        } else if let [Some(x), Some(y), Some(z)] = row.xyz.map(Column::dense) {
+            self.collect_as(Columns([x, y, z]), Search { first, row, gate, fourth: false, level });
+        } else {
+            self.collect_as(Columns(row.xyz), Search { first, row, gate, fourth: false, level });
         }
+    }
+
+    /// Collect from a row in its layout.
+    fn collect_as<L: Layout<T>>(&mut self, layout: L, search: Search<'_, T>) {
+        let Some(from) = search.level.run(Collect { layout, search, from: 0, every: 1, into: self }) else { return };
+        // They are many, and more are likely to come. The nearest of a sample are no nearer than the nearest of all: a bound,
+        // in whatever order points come. A small sample bounds the large one, which may come in a bad order too.
+        for every in [SAMPLE * SAMPLE, SAMPLE] {
+            let mut sample = Candidates { cap: self.cap, ..Candidates::nothing(self.wanted, 2 * ROOM) };
+            search.level.run(Collect { layout, search, from, every, into: &mut sample });
+            self.cap = sample.thin().unwrap_or(self.cap);
+        }
+        search.level.run(Collect { layout, search, from, every: 1, into: self });
     }
 
     #[inline(always)]
-    fn keep(&mut self, x: T, index: usize) {
-        if x > self.cap {
-            return;
-        }
-        #[allow(clippy::cast_possible_truncation, reason = "Points::new admits fewer than 2^32 points")]
-        self.kept.push(Candidate { x, index: index as u32 });
-        if let Some(wanted) = self.wanted
-            && self.kept.len() >= wanted.saturating_mul(2).saturating_add(ROOM)
-            && let Some(last) = self.thin()
-        {
-            // Points come in order: whatever is as near as the last of the nearest comes too late.
-            self.cap = last.below();
+    pub(super) fn keep(&mut self, x: T, index: usize) {
+        if x <= self.cap {
+            #[allow(clippy::cast_possible_truncation, reason = "Points::new admits fewer than 2^32 points")]
+            self.kept.push(Candidate { x, index: index as u32 });
         }
     }
 
+    /// Whether so many more than wanted are kept that it is time to thin them out.
+    #[inline(always)]
+    pub(super) fn is_full(&self) -> bool {
+        self.wanted.is_some_and(|wanted| self.kept.len() >= wanted.saturating_mul(2).saturating_add(ROOM))
+    }
+
     /// Forget all but the nearest, if there are more than wanted; gives the last of those.
-    fn thin(&mut self) -> Option<T> {
+    pub(super) fn thin(&mut self) -> Option<T> {
         let wanted = self.wanted.filter(|wanted| self.kept.len() >= *wanted)?;
         let (_, last, _) = self.kept.select_nth_unstable_by(wanted - 1, Candidate::order);
         let last = last.x;
         self.kept.truncate(wanted);
+        // Points come in order: whatever is as near as the last of the nearest comes too late.
+        self.cap = last.below();
         Some(last)
-    }
-}
-
-/// Collects the candidates of a row, from one in `every` groups of points.
-struct Collect<'a, 'c, T, L> {
-    layout: L,
-    row: Row<'a, T>,
-    gate: &'a Gate,
-    /// Whether the gate bounds the fourth number of each record, which is the intensity.
-    fourth: bool,
-    /// Index of the first point of the row.
-    first: usize,
-    every: usize,
-    into: &'c mut Candidates<T>,
-}
-
-impl<T: Real, L: Layout<T>> Kernel for Collect<'_, '_, T, L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) {
-        let Collect { layout, row, gate, fourth, first, every, into } = self;
-        let (low, high) = gate.boxed::<T>();
-        let (bounds, zero) = (L::bounds(low, high), L::bounds([T::ZERO; 4], [T::ZERO; 4]));
-        let holds_zero = (0..3).all(|column| low[column] <= T::ZERO && T::ZERO <= high[column]);
-        let rest = Rest::new(gate, row, fourth);
-        // A point is read again once its bits say that it is inside. It is judged by what is read then, in case somebody
-        // wrote to it meanwhile.
-        let read = |i: usize| {
-            let stored = row.xyz.map(|column| column.get(i));
-            let boxed = (0..3).all(|column| low[column] <= stored[column] && stored[column] <= high[column]);
-            (boxed && stored != [T::ZERO; 3]).then_some(stored)
-        };
-        let near = |cap: T| {
-            let (low, high) = gate.nearer_than(cap, (low, high));
-            L::bounds(low, high)
-        };
-        let (mut cap, mut nearest) = (into.cap, near(into.cap));
-
-        for at in (0..layout.whole()).step_by(LANES * every) {
-            let mut bits = layout.inside(simd, at, &bounds, fourth);
-            if bits == 0 {
-                continue;
-            }
-            if holds_zero {
-                bits &= !layout.inside(simd, at, &zero, false);
-            }
-            if rest.is_empty() {
-                into.count += bits.count_ones() as usize;
-                bits &= layout.inside(simd, at, &nearest, false);
-            }
-            while bits != 0 {
-                let i = at + L::place(bits.trailing_zeros() as usize);
-                bits &= bits - 1;
-                if let Some(x) = read(i).and_then(|stored| rest.admit(i, stored)) {
-                    into.count += usize::from(!rest.is_empty());
-                    into.keep(x, first + i);
-                }
-            }
-            if into.cap < cap {
-                (cap, nearest) = (into.cap, near(into.cap));
-            }
-        }
-
-        // The last few, one by one.
-        let rest = Rest::new(gate, row, false);
-        for i in layout.whole()..row.xyz[0].len() {
-            if let Some(x) = read(i).and_then(|stored| rest.admit(i, stored)) {
-                into.count += 1;
-                into.keep(x, first + i);
-            }
-        }
     }
 }

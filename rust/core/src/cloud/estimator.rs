@@ -9,6 +9,7 @@ use super::gate::Gate;
 use super::points::Points;
 use crate::error::{Error, non_negative};
 use crate::real::Real;
+use crate::simd::Level;
 
 /// How outliers are survived.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +86,7 @@ impl Estimator {
         candidates: &mut [Candidate<T>],
         points: &Points<'_, T>,
         gate: &Gate,
+        level: Level,
     ) -> Option<Estimate> {
         match self {
             Estimator::Minimum => kth(candidates, 1),
@@ -98,7 +100,7 @@ impl Estimator {
             Estimator::InterquartileFence(factor) => fenced(candidates, factor),
             Estimator::Supported { points, gap } => supported(candidates, points, gap),
             Estimator::Cluster { tolerance, min_points } => {
-                cluster::nearest(candidates, tolerance, min_points, |candidate| {
+                cluster::nearest(candidates, tolerance, min_points, level, |candidate| {
                     gate.oriented(points.get(candidate.index as usize)).map(T::wide)
                 })
             }
@@ -120,8 +122,11 @@ fn mean_of_lowest<T: Real>(candidates: &mut [Candidate<T>], k: usize) -> Option<
     kth(candidates, k)?;
     let lowest = &mut candidates[..k];
     lowest.sort_unstable_by(Candidate::order);
-    let sum: f64 = lowest.iter().map(|candidate| candidate.x.wide()).sum();
-    Some(Estimate { x: sum / k as f64, index: None, support: k })
+    let x = || lowest.iter().map(|candidate| candidate.x.wide());
+    let mean = x().sum::<f64>() / k as f64;
+    // A sum beyond the largest number has a mean all the same.
+    let mean = if mean.is_finite() { mean } else { x().map(|x| x / k as f64).sum() };
+    Some(Estimate { x: mean, index: None, support: k })
 }
 
 /// NumPy's linear rule: between the two order statistics around `q (n - 1)`, weighed from the nearer one.
@@ -139,13 +144,17 @@ fn quantile<T: Real>(candidates: &mut [Candidate<T>], q: f64) -> Option<f64> {
     }
     // From whichever end is nearer, as NumPy does, so that the result never leaves the interval.
     let difference = high - low;
+    if difference == f64::INFINITY {
+        return Some(low * (1.0 - weight) + high * weight);
+    }
     Some(if weight >= 0.5 { high - difference * (1.0 - weight) } else { low + difference * weight })
 }
 
 /// The nearest not below the fence.
 fn fenced<T: Real>(candidates: &mut [Candidate<T>], factor: f64) -> Option<Estimate> {
     let (first, third) = (quantile(candidates, 0.25)?, quantile(candidates, 0.75)?);
-    let fence = first - factor * (third - first);
+    let spread = factor * (third - first);
+    let fence = first - if spread.is_finite() { spread } else { factor * third - factor * first };
     let inside = || candidates.iter().filter(|candidate| candidate.x.wide() >= fence);
     let nearest = inside().min_by(|a, b| a.order(b))?;
     Some(Estimate { x: nearest.x.wide(), index: Some(nearest.index), support: inside().count() })

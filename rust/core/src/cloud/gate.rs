@@ -60,6 +60,14 @@ impl Gate {
     /// # Errors
     /// When bounds are swapped or NaN, the curvature is not finite, or two axes use the same column.
     pub fn checked(self) -> Result<Self, Error> {
+        self.check().map(|()| self)
+    }
+
+    /// Whether the gate makes sense.
+    ///
+    /// # Errors
+    /// As `checked`.
+    pub fn check(&self) -> Result<(), Error> {
         interval("x", self.x)?;
         interval("y", self.y)?;
         self.z.map_or(Ok(()), |z| interval("z", z))?;
@@ -69,7 +77,7 @@ impl Gate {
         let mut columns = self.axes.map(|axis| axis.column);
         columns.sort_unstable();
         if columns == [0, 1, 2] {
-            Ok(self)
+            Ok(())
         } else {
             Err(Error::new("axes", "must name each of the stored x, y and z once"))
         }
@@ -137,6 +145,13 @@ impl Gate {
             let value = stored[axis.column];
             if axis.flipped { T::ZERO - value } else { value }
         })
+    }
+
+    /// How far ahead a stored point is, on a straight path.
+    #[inline(always)]
+    pub(super) fn ahead<T: Real>(&self, stored: [T; 3]) -> T {
+        let Axis { column, flipped } = self.axes[0];
+        if flipped { T::ZERO - stored[column] } else { stored[column] }
     }
 
     /// Distance along and offset from the path, to the left, of a point on the ground.

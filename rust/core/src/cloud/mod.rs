@@ -7,12 +7,14 @@
 mod alignment;
 mod candidates;
 mod cluster;
+mod collect;
 mod estimator;
 mod gate;
 mod points;
 mod road;
 mod shrinking;
 mod tracker;
+mod tree;
 
 use candidates::{Candidate, Candidates, Estimate};
 pub use {
@@ -71,9 +73,10 @@ pub fn robust_min_x<T: Real>(
     level: Level,
     threads: usize,
 ) -> Result<MinX, Error> {
-    let (gate, estimator) = (gate.checked()?, estimator.checked()?);
-    gate::check_intensity(&gate, &points)?;
-    let Candidates { count, mut kept, .. } = Candidates::gather(points, &gate, estimator.wanted(), level, threads);
+    gate.check()?;
+    let estimator = estimator.checked()?;
+    gate::check_intensity(gate, &points)?;
+    let Candidates { count, mut kept, .. } = Candidates::gather(points, gate, estimator.wanted(), level, threads);
     let nothing =
         MinX { x: f64::NAN, nearest_x: f64::NAN, candidates: 0, support: 0, index: None, detection: Detection::NoData };
     let Some(nearest) = kept.iter().copied().min_by(Candidate::order) else {
@@ -81,7 +84,7 @@ pub fn robust_min_x<T: Real>(
         return Ok(if any_valid(&points) { clear } else { nothing });
     };
     let seen = MinX { nearest_x: nearest.x.wide(), candidates: count, ..nothing };
-    Ok(match estimator.estimate(&mut kept, &points, &gate) {
+    Ok(match estimator.estimate(&mut kept, &points, gate, level) {
         None => MinX { detection: Detection::TooFew, ..seen },
         Some(Estimate { x, index, support }) => MinX { x, index, support, detection: Detection::Found, ..seen },
     })

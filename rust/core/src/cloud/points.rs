@@ -4,7 +4,7 @@ use crate::column::{Column, Fours, Records, Source, Table};
 use crate::error::Error;
 use crate::lanes::LANES;
 use crate::real::Real;
-use crate::simd::Instructions;
+use crate::simd::{Instructions, Sieve, whole_points};
 use std::ops::Range;
 
 /// Points in somebody else's memory. Rows are the rows of an organised cloud; any other cloud has one.
@@ -103,7 +103,8 @@ impl<'a, T: Real> Points<'a, T> {
     /// Point `i`, as stored.
     pub(super) fn get(&self, i: usize) -> [T; 3] {
         let columns = self.xyz[0].columns();
-        self.xyz.map(|table| table.row(i / columns).get(i % columns))
+        let (row, column) = if i < columns { (0, i) } else { (i / columns, i % columns) };
+        self.xyz.map(|table| table.row(row).get(column))
     }
 }
 
@@ -194,8 +195,12 @@ pub(super) trait Layout<T>: Copy {
     type Bounds: Copy;
     /// Bounds on each stored column: x, y, z, and the fourth number of a record.
     fn bounds(low: [T; 4], high: [T; 4]) -> Self::Bounds;
-    /// How many points can be read as lanes, from the first on.
-    fn whole(&self) -> usize;
+    /// The points that can be read as lanes; a whole number of times `LANES`.
+    fn whole(&self) -> Range<usize>;
+    /// The same bounds, for `may_hold`; on the fourth number only if `fourth`.
+    fn sieve(low: [T; 4], high: [T; 4], fourth: bool) -> Sieve<T>;
+    /// Whether any of the points `at .. at + LANES` may be inside: no is certain, and quicker to find out than yes.
+    fn may_hold<I: Instructions>(&self, simd: I, at: usize, sieve: &Sieve<T>) -> bool;
     /// A bit for each of the points `at .. at + LANES` inside the bounds on x, y and z, and if `fourth` on the fourth
     /// number of its record too; in order, with or without gaps.
     fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u64;
@@ -215,8 +220,17 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
     }
 
     #[inline(always)]
-    fn whole(&self) -> usize {
-        self.0[0].len() / LANES * LANES
+    fn whole(&self) -> Range<usize> {
+        0..self.0[0].len() / LANES * LANES
+    }
+
+    fn sieve(_: [T; 4], _: [T; 4], _: bool) -> Sieve<T> {
+        Sieve { shift: [T::ZERO; LANES], width: [T::ALL_BITS; LANES] }
+    }
+
+    #[inline(always)]
+    fn may_hold<I: Instructions>(&self, _: I, _: usize, _: &Sieve<T>) -> bool {
+        true
     }
 
     #[inline(always)]
@@ -250,20 +264,39 @@ impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
     }
 
     #[inline(always)]
-    fn whole(&self) -> usize {
+    fn whole(&self) -> Range<usize> {
         // The last record may end before its fourth number would.
-        self.0.records().saturating_sub(1) / LANES * LANES
+        let readable = self.0.records().saturating_sub(1);
+        let first = self.0.unaligned().min(readable);
+        first..first + (readable - first) / LANES * LANES
+    }
+
+    fn sieve(low: [T; 4], high: [T; 4], fourth: bool) -> Sieve<T> {
+        let columns: [(T, T); 4] = std::array::from_fn(|column| {
+            let (shift, width) = (T::ZERO - low[column], high[column] - low[column]);
+            let is_bound = (fourth || column < 3) && low[column].wide().is_finite();
+            if is_bound { (shift, width) } else { (T::ZERO, T::ALL_BITS) }
+        });
+        Sieve {
+            shift: std::array::from_fn(|lane| columns[lane % 4].0),
+            width: std::array::from_fn(|lane| columns[lane % 4].1),
+        }
+    }
+
+    #[inline(always)]
+    fn may_hold<I: Instructions>(&self, simd: I, at: usize, sieve: &Sieve<T>) -> bool {
+        T::may_pass(simd, &self.0.fours(at), sieve)
     }
 
     #[inline(always)]
     fn inside<I: Instructions>(&self, simd: I, at: usize, [low, high]: &Self::Bounds, fourth: bool) -> u64 {
         // Spelled out: through a closure the instructions behind `simd` would not be inlined.
-        let bits = u64::from(T::within(simd, &self.0.fours(at), low, high))
-            | u64::from(T::within(simd, &self.0.fours(at + 4), low, high)) << 16
-            | u64::from(T::within(simd, &self.0.fours(at + 8), low, high)) << 32
-            | u64::from(T::within(simd, &self.0.fours(at + 12), low, high)) << 48;
-        let any_fourth = if fourth { 0 } else { u64::MAX };
-        bits & (bits >> 1) & (bits >> 2) & (bits >> 3 | any_fourth) & 0x1111_1111_1111_1111
+        let [a, b, c, d] = self.0.fours(at);
+        let bits = u64::from(T::within(simd, &a, low, high))
+            | u64::from(T::within(simd, &b, low, high)) << 16
+            | u64::from(T::within(simd, &c, low, high)) << 32
+            | u64::from(T::within(simd, &d, low, high)) << 48;
+        whole_points(if fourth { bits } else { bits | 0x8888_8888_8888_8888 })
     }
 
     #[inline(always)]

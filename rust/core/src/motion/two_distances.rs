@@ -18,7 +18,8 @@ pub fn ttc_from_distances(previous: f64, current: f64, dt: f64) -> Result<f64, E
     } else if current <= 0.0 {
         0.0
     } else {
-        current * dt / shrunk
+        let product = current * dt;
+        if product < f64::INFINITY { product / shrunk } else { current / shrunk * dt }
     })
 }
 
@@ -42,6 +43,7 @@ mod tests {
         assert_eq!(ttc_from_distances(9.5, 10.0, 0.1).unwrap(), f64::INFINITY);
         assert_eq!(ttc_from_distances(0.1, -0.1, 0.1).unwrap(), 0.0);
         assert_eq!(ttc_from_distances(-0.2, -0.1, 0.1).unwrap(), f64::INFINITY);
+        assert_eq!(ttc_from_distances(1.5e308, 1e308, 10.0).unwrap(), 20.0);
         assert!(ttc_from_distances(1.0, 0.5, 0.0).is_err());
         assert!(ttc_from_distances(f64::INFINITY, 0.5, 0.1).is_err());
     }
