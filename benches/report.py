@@ -12,6 +12,7 @@ from benches import latency, machine
 from benches.case import Case, Entrant
 from benches.clouds import street
 from benches.clouds.cases import CASES as CLOUDS
+from benches.paths.cases import CASES as PATHS
 from benches.scans.cases import CASES as SCANS
 from benches.scans.rates import CASES as RATES
 from benches.table import Report, console, number, time_of
@@ -31,6 +32,7 @@ SCAN_LEGEND = (
 )
 RATE_LEGEND = "One scan after the other, each with its stamp, a room seen by a car that stands."
 CLOUD_LEGEND = f"Clouds: {street.SOURCE}. C++: one pass, then nth_element."
+PATH_LEGEND = "The scans above, as points or as they are. NumPy: arc tangents of all points, without their checks."
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -41,6 +43,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         ("Scans", SCAN_LEGEND, SCANS),
         ("Range rates", RATE_LEGEND, RATES),
         ("Clouds", CLOUD_LEGEND, CLOUDS),
+        ("Swept paths", PATH_LEGEND, PATHS),
     ):
         if cases := [case for case in every if arguments.only in str(case)]:
             reports.append(side_by_side(title, LEGEND + legend, list(cases), arguments.rounds))

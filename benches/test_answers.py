@@ -8,6 +8,7 @@ import pytest
 
 from benches.case import Case, Entrant
 from benches.clouds.cases import CASES as CLOUDS
+from benches.paths.cases import CASES as PATHS
 from benches.scans.cases import CASES as SCANS
 from benches.scans.rates import CASES as RATES
 from benches.timing import one_call
@@ -15,7 +16,7 @@ from benches.timing import one_call
 if TYPE_CHECKING:
     from pytest_benchmark.fixture import BenchmarkFixture
 
-CASES: list[Case] = [*SCANS, *RATES, *CLOUDS]
+CASES: list[Case] = [*SCANS, *RATES, *CLOUDS, *PATHS]
 ENTRANTS = [pytest.param(Entrant(case, name), id=f"{case} {name}") for case in CASES for name in case.names]
 
 

@@ -10,6 +10,7 @@ from benches.clouds import cases as clouds
 from benches.clouds import jobs as estimators
 from benches.clouds import street
 from benches.goal import Goal, at_level, faster, within
+from benches.paths import cases as paths
 from benches.scans import jobs, rates
 from benches.scans.cases import TIES, WALL
 from benches.scans.cases import Case as Scan
@@ -75,6 +76,8 @@ GROUPS: list[list[Goal]] = [
     [within(Scan(jobs.MIN, beams, "float64"), Scan(jobs.MIN, beams), 2.2, "float32") for beams in (1080, 65_536)],
     [within(Scan(jobs.PER_BEAM, 65_536, "float64"), Scan(jobs.PER_BEAM, 65_536), 2.2, "float32")],
     [within(clouds.FLOAT64, _FRAME, 2.2, "float32")],
+    *([faster(case, "reference", 30)] for case in paths.CASES),
+    [faster(case, "NumPy", limit) for case, limit in zip(paths.POINTS, (4, 30), strict=True)],
     [faster(case, "ttc_fast", 1.6, "one thread", ours=benches.TWO_THREADS) for case in (_BATCH, _MILLION)],
 ]
 

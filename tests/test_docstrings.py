@@ -24,6 +24,8 @@ RESULTS = {
     "MinX",
     "Nearest",
     "NearestBatch",
+    "NearestPoint",
+    "NearestPointBatch",
     "RangeRateNearest",
     "RoadFit",
     "TrackedTTC",

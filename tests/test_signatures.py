@@ -21,6 +21,8 @@ RESULTS = [
     "MinX",
     "Nearest",
     "NearestBatch",
+    "NearestPoint",
+    "NearestPointBatch",
     "RangeRateNearest",
     "RoadFit",
     "TrackedTTC",
@@ -32,6 +34,7 @@ KERNELS_ONLY = {"SIMD_LEVEL"}
 # Attributes that are such results themselves.
 NESTED = {"counts", "previous", "current"}
 
+PATH = ["min", "nearest", "horizon"]
 METHODS = ["min", "nearest", "per_beam", "from_message"]
 
 
@@ -50,6 +53,7 @@ def example(module: Any, name: str) -> Any:
     scan = module.ScanTTC(0.0, 0.1, 3)
     batch = scan.nearest(np.ones((2, 3)), 1.0)
     cloud = module.ttc_from_clouds(np.ones((12, 3)), np.ones((12, 3)), 0.1)
+    points = module.SweptPath((-1.0, 1.0, -1.0, 1.0)).nearest(np.ones((2, 3, 2)), 1.0)
     return {
         "CloudTTC": cloud,
         "Counts": batch[0].counts,
@@ -57,6 +61,8 @@ def example(module: Any, name: str) -> Any:
         "MinX": cloud.current,
         "Nearest": batch[0],
         "NearestBatch": batch,
+        "NearestPoint": points[0],
+        "NearestPointBatch": points,
         "RangeRateNearest": module.RangeRate(scan).update(np.ones(3), 0.0),
         "RoadFit": module.fit_road(np.ones((12, 3))),
         "TrackedTTC": module.CloudTracker().update(np.ones((12, 3)), 0.0),
@@ -75,10 +81,22 @@ def test_the_same_signature(name: str) -> None:
     assert kernel is specified or parameters(kernel) == parameters(specified)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_the_same_methods(method: str) -> None:
-    kernel, specified = getattr(ttc_fast.ScanTTC, method), getattr(reference.ScanTTC, method)
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [
+        *(("ScanTTC", method) for method in METHODS),
+        *(("SweptPath", method) for method in ("min", "nearest", "per_point")),
+        *(("ScanSweptPath", method) for method in ("min", "nearest", "per_beam")),
+    ],
+)
+def test_the_same_methods(name: str, method: str) -> None:
+    kernel, specified = (getattr(getattr(module, name), method) for module in (ttc_fast, reference))
     assert parameters(kernel) == parameters(specified)
+
+
+def test_swept_paths_offer_the_same() -> None:
+    assert public(ttc_fast.SweptPath) == public(reference.SweptPath) == {*PATH, "per_point", "outline"}
+    assert public(ttc_fast.ScanSweptPath) == public(reference.ScanSweptPath) == {*PATH, "per_beam", "scan"}
 
 
 def test_a_scanner_offers_the_same() -> None:
@@ -142,6 +160,8 @@ SETTINGS = [
     ttc_fast.Supported(3, 0.2),
     ttc_fast.Cluster(0.15, 10),
     ttc_fast.Road(0.02, -0.01, -1.7),
+    ttc_fast.SweptPath((-0.1, 0.4, -0.15, 0.15)),
+    ttc_fast.SweptPath((-0.1, 0.4, -0.15, 0.15), horizon=2.0, no_data=0.0),
     ttc_fast.Gate(),
     ttc_fast.Gate(z=(-1.0, 2.0), intensity=(0.1, 0.9), axes=("y", "-x", "z"), curvature=0.01),
     ttc_fast.Gate.above_road(1.73, road=ttc_fast.Road(0.02, -0.01, -1.7), height=(0.2, 2.0)),

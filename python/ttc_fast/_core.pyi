@@ -24,6 +24,8 @@ __all__ = [
     "Minimum",
     "Nearest",
     "NearestBatch",
+    "NearestPoint",
+    "NearestPointBatch",
     "NeighbourSupport",
     "NoDataError",
     "Quantile",
@@ -31,8 +33,10 @@ __all__ = [
     "RangeRateNearest",
     "Road",
     "RoadFit",
+    "ScanSweptPath",
     "ScanTTC",
     "Supported",
+    "SweptPath",
     "TrackedTTC",
     "fit_road",
     "ittc",
@@ -364,6 +368,51 @@ class RangeRate:
     def __getstate__(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
     def __setstate__(self, state: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], /) -> None: ...
 
+@final
+class ScanSweptPath:
+    def __new__(cls, scan: ScanTTC, *, horizon: _Number = 5.0) -> Self: ...
+    @overload
+    def min(self, ranges: _Scan, speed: _Number, yaw_rate: _Number = 0.0, lateral_speed: _Number = 0.0) -> float: ...
+    @overload
+    def min(
+        self, ranges: _Scans, speed: ArrayLike, yaw_rate: ArrayLike = 0.0, lateral_speed: ArrayLike = 0.0
+    ) -> NDArray[np.float64]: ...
+    @overload
+    def nearest(
+        self, ranges: _Scan, speed: _Number, yaw_rate: _Number = 0.0, lateral_speed: _Number = 0.0
+    ) -> Nearest: ...
+    @overload
+    def nearest(
+        self, ranges: _Scans, speed: ArrayLike, yaw_rate: ArrayLike = 0.0, lateral_speed: ArrayLike = 0.0
+    ) -> NearestBatch: ...
+    @overload
+    def per_beam(
+        self,
+        ranges: NDArray[_FloatT],
+        speed: ArrayLike,
+        yaw_rate: ArrayLike = 0.0,
+        lateral_speed: ArrayLike = 0.0,
+        *,
+        out: NDArray[_FloatT] | None = None,
+        status_out: NDArray[np.uint8] | None = None,
+    ) -> NDArray[_FloatT]: ...
+    @overload
+    def per_beam(
+        self,
+        ranges: _Buffer,
+        speed: ArrayLike,
+        yaw_rate: ArrayLike = 0.0,
+        lateral_speed: ArrayLike = 0.0,
+        *,
+        out: NDArray[_Float] | None = None,
+        status_out: NDArray[np.uint8] | None = None,
+    ) -> NDArray[Any]: ...
+    @property
+    def scan(self) -> ScanTTC: ...
+    @property
+    def horizon(self) -> float: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[ScanTTC], dict[str, object]]: ...
+
 _Intensity: TypeAlias = np.uint8 | np.uint16 | np.float32 | np.float64
 _Column: TypeAlias = NDArray[_Float]
 # Rows, records, or one array each for x, y, z and perhaps intensity.
@@ -505,6 +554,111 @@ class Gate:
     def __ne__(self, value: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, object]]: ...
+
+@final
+class NearestPoint:
+    @property
+    def ttc(self) -> float: ...
+    @property
+    def status(self) -> Status: ...
+    @property
+    def index(self) -> int: ...
+    @property
+    def x(self) -> float: ...
+    @property
+    def y(self) -> float: ...
+    @property
+    def clearance(self) -> float: ...
+    @property
+    def closing_speed(self) -> float: ...
+    @property
+    def counts(self) -> Counts: ...
+
+@final
+class NearestPointBatch:
+    @property
+    def ttc(self) -> NDArray[np.float64]: ...
+    @property
+    def status(self) -> NDArray[np.uint8]: ...
+    @property
+    def index(self) -> NDArray[np.int64]: ...
+    @property
+    def x(self) -> NDArray[np.float64]: ...
+    @property
+    def y(self) -> NDArray[np.float64]: ...
+    @property
+    def clearance(self) -> NDArray[np.float64]: ...
+    @property
+    def closing_speed(self) -> NDArray[np.float64]: ...
+    @property
+    def counts(self) -> CountsBatch: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, key: int, /) -> NearestPoint: ...
+
+# One cloud: rows, records, or columns. An array whose type does not tell its dimensions counts as one.
+_Plane: TypeAlias = (
+    np.ndarray[tuple[int, int], np.dtype[_Float]]
+    | np.ndarray[tuple[int], np.dtype[np.void]]
+    | tuple[_Column, _Column]
+    | tuple[_Column, _Column, _Column]
+    | tuple[_Column, _Column, _Column, NDArray[_Intensity]]
+)
+# A batch of them.
+_Planes: TypeAlias = np.ndarray[tuple[int, int, int], np.dtype[_Float]] | np.ndarray[tuple[int, int], np.dtype[np.void]]
+
+@final
+class SweptPath:
+    def __new__(
+        cls,
+        outline: tuple[_Number, _Number, _Number, _Number],
+        *,
+        horizon: _Number = 5.0,
+        no_data: _Number | None = None,
+    ) -> Self: ...
+    @overload
+    def min(self, points: _Plane, speed: _Number, yaw_rate: _Number = 0.0, lateral_speed: _Number = 0.0) -> float: ...
+    @overload
+    def min(
+        self, points: _Planes, speed: ArrayLike, yaw_rate: ArrayLike = 0.0, lateral_speed: ArrayLike = 0.0
+    ) -> NDArray[np.float64]: ...
+    @overload
+    def nearest(
+        self, points: _Plane, speed: _Number, yaw_rate: _Number = 0.0, lateral_speed: _Number = 0.0
+    ) -> NearestPoint: ...
+    @overload
+    def nearest(
+        self, points: _Planes, speed: ArrayLike, yaw_rate: ArrayLike = 0.0, lateral_speed: ArrayLike = 0.0
+    ) -> NearestPointBatch: ...
+    @overload
+    def per_point(
+        self,
+        points: NDArray[_FloatT],
+        speed: ArrayLike,
+        yaw_rate: ArrayLike = 0.0,
+        lateral_speed: ArrayLike = 0.0,
+        *,
+        out: NDArray[_FloatT] | None = None,
+        status_out: NDArray[np.uint8] | None = None,
+    ) -> NDArray[_FloatT]: ...
+    @overload
+    def per_point(
+        self,
+        points: _Points | tuple[_Column, _Column],
+        speed: ArrayLike,
+        yaw_rate: ArrayLike = 0.0,
+        lateral_speed: ArrayLike = 0.0,
+        *,
+        out: NDArray[_Float] | None = None,
+        status_out: NDArray[np.uint8] | None = None,
+    ) -> NDArray[Any]: ...
+    @property
+    def outline(self) -> tuple[float, float, float, float]: ...
+    @property
+    def horizon(self) -> float: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[tuple[float, float, float, float]], dict[str, object]]: ...
 
 @final
 class MinX:

@@ -8,6 +8,8 @@ nothing clever. Read it in this order:
 - ``readings``: what a number in ``ranges`` means
 - ``vote``: which beam decides
 - ``scan`` and ``bare``: these put together, as ``ScanTTC`` and ``ittc``
+- ``sweep``: when a point first enters the moving outline
+- ``path``: that of points and of beams, as ``SweptPath`` and ``ScanSweptPath``
 - ``range_rate``: closing speeds from scan to scan instead of from the vehicle's speed, as ``RangeRate``
 - ``results`` and ``arguments``: what comes out, and what may go in
 
@@ -44,8 +46,9 @@ from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.bare import ittc
 from ttc_fast.reference.cloud import MinX, robust_min_x
 from ttc_fast.reference.cloud_tracker import CloudTracker, TrackedTTC
+from ttc_fast.reference.path import ScanSweptPath, SweptPath
 from ttc_fast.reference.range_rate import RangeRate, RangeRateNearest
-from ttc_fast.reference.results import Counts, CountsBatch, Nearest, NearestBatch
+from ttc_fast.reference.results import Counts, CountsBatch, Nearest, NearestBatch, NearestPoint, NearestPointBatch
 from ttc_fast.reference.road import RoadFit, fit_road
 from ttc_fast.reference.scan import ScanTTC
 from ttc_fast.reference.shrinking import CloudTTC, ttc_from_clouds, ttc_from_distances
@@ -68,6 +71,8 @@ __all__ = [
     "Minimum",
     "Nearest",
     "NearestBatch",
+    "NearestPoint",
+    "NearestPointBatch",
     "NeighbourSupport",
     "NoDataError",
     "Quantile",
@@ -76,9 +81,11 @@ __all__ = [
     "Road",
     "RoadFit",
     "RoadStatus",
+    "ScanSweptPath",
     "ScanTTC",
     "Status",
     "Supported",
+    "SweptPath",
     "TrackedTTC",
     "closing_speed_from_ego_velocity",
     "fit_road",

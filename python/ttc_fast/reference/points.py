@@ -82,3 +82,40 @@ def _of_columns(argument: str, columns: tuple[Any, ...]) -> Cloud:
             f"intensity of {argument} must have dtype uint8, uint16, float32 or float64, got {intensity.dtype}"
         )
     return Cloud(np.array([column.ravel() for column in columns[:3]]), intensity)
+
+
+def frames(argument: str, points: Any) -> tuple[Floats, bool]:
+    """Points in a plane, as columns x, y, z of one cloud or of a batch, shape (B, 3, N); and whether it was a batch.
+
+    Where there is no z, x stands in for it: it is as valid as itself.
+    """
+    columns = _planar(argument, points)
+    if not all(isinstance(column, np.ndarray) for column in columns):
+        raise TypeError(f"{argument} as a tuple must be of numpy arrays")
+    shapes = [column.shape for column in columns]
+    if len(set(shapes)) > 1 or len(shapes[0]) not in (1, 2):
+        raise ValueError(f"{argument} must have columns of one shape, (N,) or (B, N), got {shapes}")
+    dtypes = {column.dtype for column in columns}
+    if dtypes not in ({np.dtype(np.float32)}, {np.dtype(np.float64)}):
+        raise TypeError(f"{argument} must have dtype float32 or float64, got {', '.join(map(str, dtypes))}")
+    xyz = [*columns, columns[0]] if len(columns) == 2 else columns
+    return np.stack([np.atleast_2d(column) for column in xyz], axis=1), len(shapes[0]) == 2
+
+
+def _planar(argument: str, points: Any) -> tuple[Any, ...]:
+    """Columns x, y and perhaps z."""
+    if isinstance(points, tuple):
+        if len(points) not in (2, 3, 4):
+            raise ValueError(f"{argument} as a tuple must be (x, y) or (x, y, z), got {len(points)} arrays")
+        return points[:3]
+    if not isinstance(points, np.ndarray):
+        raise TypeError(f"{argument} must be a numpy array of points, or a tuple of arrays (x, y), got {points!r}")
+    if points.dtype.names is not None:
+        if not {"x", "y"} <= set(points.dtype.names):
+            raise ValueError(f"{argument} must be records with fields x and y, got {points.dtype.names}")
+        return tuple(points[name] for name in COORDINATES if name in points.dtype.names)
+    if points.ndim not in (2, 3) or points.shape[-1] < 2:
+        raise ValueError(f"{argument} must have shape (N, 2) or wider, or (B, N, 2) or wider, got {points.shape}")
+    if points.shape[-1] > WIDEST_POINT:
+        raise ValueError(f"{argument} has shape {points.shape}, which looks transposed; pass {argument}.T")
+    return tuple(np.moveaxis(points, -1, 0)[:3])

@@ -1,4 +1,4 @@
-"""What ``ScanTTC.nearest`` gives, for one scan and for a batch."""
+"""What ``ScanTTC.nearest`` and ``SweptPath.nearest`` give, for one frame and for a batch."""
 
 from __future__ import annotations
 
@@ -96,3 +96,49 @@ class NearestBatch:
 
     def __getitem__(self, index: int) -> Nearest:
         return self._scans[index]
+
+
+@dataclass(frozen=True)
+class NearestPoint:
+    """The point that is hit first, and everything that says why."""
+
+    ttc: float
+    """Least time until a point enters the outline, s."""
+    status: Status
+    """What it means."""
+    index: int
+    """The point that decided: the one of ``ttc``, else the first in contact, else -1."""
+    x: float
+    """Where it is, m. NaN without a point, as all that follows."""
+    y: float
+    """Where it is, m."""
+    clearance: float
+    """From the outline to the point, m; negative inside."""
+    closing_speed: float
+    """How fast the clearance shrinks now, m/s."""
+    counts: Counts
+    """How many points are ``valid``, ``invalid`` and in ``contact``; the rest is 0."""
+
+
+class NearestPointBatch:
+    """``NearestPoint`` of a batch: the same names, each an array of shape (B,). ``batch[i]`` is that of one cloud.
+
+    ``status`` is uint8, ``index`` int64, ``counts`` a ``CountsBatch``, and everything else float64.
+    """
+
+    def __init__(self, clouds: Sequence[NearestPoint]) -> None:
+        self.ttc = np.array([nearest.ttc for nearest in clouds], np.float64)
+        self.status = np.array([nearest.status for nearest in clouds], np.uint8)
+        self.index = np.array([nearest.index for nearest in clouds], np.int64)
+        self.x = np.array([nearest.x for nearest in clouds], np.float64)
+        self.y = np.array([nearest.y for nearest in clouds], np.float64)
+        self.clearance = np.array([nearest.clearance for nearest in clouds], np.float64)
+        self.closing_speed = np.array([nearest.closing_speed for nearest in clouds], np.float64)
+        self.counts = CountsBatch([nearest.counts for nearest in clouds])
+        self._clouds = tuple(clouds)
+
+    def __len__(self) -> int:
+        return len(self._clouds)
+
+    def __getitem__(self, index: int) -> NearestPoint:
+        return self._clouds[index]

@@ -78,8 +78,9 @@ class ScanTTC:
         self._cos, self._sin = directions(self._angles + self._mount.yaw)
         # How much of each beam's range lies inside the vehicle, m. NaN: the beam is ignored.
         self._offset = np.zeros(self.beams)
-        if outline is not None:
-            self._offset = outline_offsets(checked_outline(outline), self._mount, self._cos, self._sin)
+        self._outline = None if outline is None else checked_outline(outline)
+        if self._outline is not None:
+            self._offset = outline_offsets(self._outline, self._mount, self._cos, self._sin)
         if mask is not None:
             self._offset[checked_mask(mask, self.beams)] = np.nan
         self._min_closing_speed = non_negative("min_closing_speed", min_closing_speed)
@@ -152,10 +153,20 @@ class ScanTTC:
     def _nearest(self, ranges: Floats, motion: Motion) -> Nearest:
         """One scan, in float64."""
         usable = self._rules.usable(ranges).astype(np.float64)
-        clearance = usable - self._offset
+        closing = self._closing(motion)
+        ttc = time_to_collision(usable - self._offset, closing, np.float64(self._min_closing_speed))
+        return self._nearest_by(ttc, ranges, motion)
+
+    def _closing(self, motion: Motion) -> NDArray[np.float64]:
+        """Speed of the sensor along each beam, m/s."""
         vx, vy = sensor_velocity(motion, self._mount)
-        closing = vx * self._cos + vy * self._sin
-        ttc = time_to_collision(clearance, closing, np.float64(self._min_closing_speed))
+        return vx * self._cos + vy * self._sin
+
+    def _nearest_by(self, ttc: NDArray[np.float64], ranges: Floats, motion: Motion) -> Nearest:
+        """Say everything of a scan whose beams have these times."""
+        usable = self._rules.usable(ranges).astype(np.float64)
+        clearance = usable - self._offset
+        closing = self._closing(motion)
 
         beam, too_few = decide(ttc, np.where(np.isnan(self._offset), np.nan, usable), self._minimum)
         contacts = np.flatnonzero(clearance <= 0)
@@ -196,16 +207,19 @@ class ScanTTC:
         least = rounded(self._min_closing_speed, dtype)
         clearance = self._rules.usable(ranges) - offset
         closing = vx * cos + vy * sin
+        return time_to_collision(clearance, closing, least), self._statuses(ranges, clearance, closing > least)
+
+    def _statuses(self, ranges: Floats, clearance: Floats, closes: NDArray[np.bool_]) -> NDArray[np.uint8]:
+        """Status of each beam."""
         # The first that holds.
         cases = {
-            Status.NO_DATA: np.isnan(offset),
+            Status.NO_DATA: np.isnan(self._offset),
             Status.CONTACT: clearance <= 0,
-            Status.CLOSING: (clearance > 0) & (closing > least),
+            Status.CLOSING: (clearance > 0) & closes,
             Status.NOT_CLOSING: clearance > 0,
             Status.CLEAR: self._rules.observed(ranges),
         }
-        status = np.select(list(cases.values()), list(cases), Status.INVALID)
-        return time_to_collision(clearance, closing, least), status.astype(np.uint8)
+        return np.select(list(cases.values()), list(cases), Status.INVALID).astype(np.uint8)
 
     def _one_number(self, nearest: Nearest, index: int) -> float:
         if nearest.status is not Status.NO_DATA:

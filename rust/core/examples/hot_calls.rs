@@ -8,15 +8,16 @@ use std::hint::black_box;
 use ttc_fast_core::cloud::{Detection, Estimator, Gate, Points, robust_min_x};
 use ttc_fast_core::column::{Column, ColumnMut, Table};
 use ttc_fast_core::ittc::{Rate, Speeds, ittc};
+use ttc_fast_core::path::SweptPath;
 use ttc_fast_core::real::Real;
 use ttc_fast_core::scan::range_rate::{Outputs, RangeRate, RateSettings};
-use ttc_fast_core::scan::{Motion, Mount, Outline, Range, ScanTtc, Settings};
+use ttc_fast_core::scan::{Motion, Mount, Outline, Range, ScanSweptPath, ScanTtc, Settings};
 use ttc_fast_core::simd::Level;
 
 /// A name, and what makes the call a number of times.
 type Call = (&'static str, fn(usize));
 
-const CALLS: [Call; 12] = [
+const CALLS: [Call; 15] = [
     ("ScanTTC.min, straight", |times| min::<f32>(STRAIGHT, times)),
     ("ScanTTC.min, turning", |times| min::<f32>(TURNING, times)),
     ("ScanTTC.min, float64", |times| min::<f64>(STRAIGHT, times)),
@@ -24,6 +25,9 @@ const CALLS: [Call; 12] = [
     ("ScanTTC.per_beam", per_beam),
     ("RangeRate.update", range_rate),
     ("ittc", ittc_of_beams),
+    ("SweptPath.min", swept_points),
+    ("SweptPath.per_point", every_swept_point),
+    ("ScanSweptPath.nearest", swept_beams),
     ("KthSmallest", |times| nearest_ahead(KTH_SMALLEST, 16, times)),
     ("KthSmallest, packed records", |times| nearest_ahead(KTH_SMALLEST, 22, times)),
     ("Quantile", |times| nearest_ahead(Estimator::Quantile(0.05), 16, times)),
@@ -103,6 +107,56 @@ fn ittc_of_beams(times: usize) {
         let rate = Rate::ClosingSpeed(Speeds::Each(Column::new(&speeds)));
         ittc(avx2(), Column::new(ranges), rate, 0.0, &mut ColumnMut::new(&mut out), None).expect("lengths agree");
         assert!(black_box(&out)[BEAMS / 2] > 0.0);
+    });
+}
+
+/// What the scanner sees of the rooms: columns x and y in the vehicle frame.
+fn seen(scan: &ScanTtc) -> Vec<[Vec<f32>; 2]> {
+    let place = |ranges: Vec<f32>| {
+        let at = |part: fn(f64) -> f64, from: f64| {
+            let angles = scan.settings().angles();
+            angles.zip(&ranges).map(|(angle, range)| f32::of(from + f64::from(*range) * part(angle))).collect()
+        };
+        [at(f64::cos, scan.settings().mount.x), at(f64::sin, scan.settings().mount.y)]
+    };
+    rooms::<f32>(scan).into_iter().map(place).collect()
+}
+
+fn path(scan: &ScanTtc) -> SweptPath {
+    SweptPath::new(scan.settings().outline.expect("the car has one"), 5.0, avx2()).expect("the horizon makes sense")
+}
+
+fn plane([x, y]: &[Vec<f32>; 2]) -> Points<'_, f32> {
+    let table = |column| Table::new(Column::new(column));
+    Points::batch([table(x), table(y), table(x)]).expect("columns are as long")
+}
+
+fn swept_points(times: usize) {
+    let scan = scanner();
+    let path = path(&scan);
+    in_turn(times, &seen(&scan), |points| {
+        let ttc = path.min(&plane(points), 0, TURNING).expect("the motion makes sense");
+        assert!(ttc.expect("the room is seen").is_finite());
+    });
+}
+
+fn every_swept_point(times: usize) {
+    let scan = scanner();
+    let path = path(&scan);
+    let mut out = [0.0_f32; BEAMS];
+    in_turn(times, &seen(&scan), |points| {
+        path.per_point(&plane(points), 0, TURNING, &mut ColumnMut::new(&mut out), None).expect("lengths agree");
+        assert!(black_box(&out)[BEAMS / 2] > 0.0);
+    });
+}
+
+fn swept_beams(times: usize) {
+    let scan = scanner();
+    let rooms = rooms::<f32>(&scan);
+    let path = ScanSweptPath::new(scan, 5.0).expect("the car has an outline");
+    in_turn(times, &rooms, |ranges| {
+        let nearest = path.nearest(Column::new(ranges), TURNING).expect("one range for each beam");
+        assert!(nearest.beam.is_some());
     });
 }
 

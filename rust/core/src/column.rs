@@ -329,6 +329,12 @@ pub struct Table<'a, T> {
 }
 
 impl<'a, T: Copy> Table<'a, T> {
+    /// A table of one column.
+    #[must_use]
+    pub fn new(column: Column<'a, T>) -> Self {
+        Table { first: column, rows: 1, row_stride: 0 }
+    }
+
     /// A table of `rows` columns like `first`, `row_stride` bytes apart.
     ///
     /// # Safety

@@ -8,6 +8,7 @@ mod error;
 pub mod ittc;
 pub mod lanes;
 pub mod motion;
+pub mod path;
 pub mod real;
 pub mod scan;
 pub mod simd;

@@ -134,31 +134,14 @@ impl<'py> Floats<'py> {
 
     /// A new array of the same shape, to be filled at once.
     pub fn empty_like(&self, dtype: &str) -> PyResult<Bound<'py, PyAny>> {
-        let py = self.array.py();
-        py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "empty"), (self.array.shape().to_vec(), dtype))
+        empty(self.array.py(), self.array.shape(), dtype)
     }
 
     /// `object` as an array of `T` to write to, of the same shape as this one and apart from it in memory.
     pub fn output<T: Element>(&self, argument: &str, object: &Bound<'py, PyAny>) -> PyResult<TableMut<'py, T>> {
-        let array = object.cast::<PyUntypedArray>().map_err(|_| {
-            PyTypeError::new_err(format!("{argument} must be a numpy array to write to, got {}", type_name(object)))
-        })?;
-        if !holds::<T>(array) {
-            let dtype = array.dtype();
-            return Err(PyTypeError::new_err(format!("{argument} must have dtype {}, got {dtype}", T::NAME)));
-        }
-        if array.shape() != self.array.shape() {
-            let (expected, got) = (self.array.shape(), array.shape());
-            return Err(PyValueError::new_err(format!("{argument} must have the shape {expected:?}, got {got:?}")));
-        }
-        if !is_writeable(array) {
-            return Err(PyValueError::new_err(format!("{argument} is read-only")));
-        }
-        self.refuse_overlap(argument, array)?;
-        let Header { start, rows, columns, row_stride, stride } = header(argument, array)?;
-        // SAFETY: the header describes the array's own memory; its type and that it may be written are checked.
-        // The caller's argument keeps the array alive for the call.
-        Ok(unsafe { TableMut::from_raw(start, (rows, columns), (row_stride, stride)) })
+        let array = target::<T>(argument, object, self.array.shape())?;
+        self.refuse_shifted(argument, array)?;
+        written(argument, array)
     }
 
     /// The same for an output that may be missing, and that must be apart from `others` and from this array itself.
@@ -178,16 +161,6 @@ impl<'py> Floats<'py> {
         Ok(Some(table))
     }
 
-    /// An output must not overlap itself, nor a shifted part of the input.
-    fn refuse_overlap(&self, argument: &str, output: &Array<'py>) -> PyResult<()> {
-        if !is_injective(output) {
-            return Err(PyValueError::new_err(format!(
-                "{argument} overlaps itself: some of its elements share memory; pass an ordinary array"
-            )));
-        }
-        self.refuse_shifted(argument, output)
-    }
-
     /// An output may be an input itself, element for element, but not a shifted part of it.
     pub fn refuse_shifted(&self, argument: &str, output: &Array<'py>) -> PyResult<()> {
         let itself = data(output) == data(&self.array)
@@ -197,6 +170,61 @@ impl<'py> Floats<'py> {
     }
 }
 
+/// A new array, to be filled at once.
+pub fn empty<'py>(py: Python<'py>, shape: &[usize], dtype: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "empty"), (shape.to_vec(), dtype))
+}
+
+/// `object` as an array of `T` to write to, of this shape and apart from all `inputs` in memory.
+pub fn output_apart<'py, T: Element>(
+    argument: &str,
+    object: &Bound<'py, PyAny>,
+    shape: &[usize],
+    inputs: &[Array<'py>],
+) -> PyResult<TableMut<'py, T>> {
+    let array = target::<T>(argument, object, shape)?;
+    for input in inputs {
+        refuse_shared(argument, array, "an input", input)?;
+    }
+    written(argument, array)
+}
+
+/// `object` itself, if it is an ordinary array of `T` of this shape that may be written to.
+fn target<'a, 'py, T: Element>(
+    argument: &str,
+    object: &'a Bound<'py, PyAny>,
+    shape: &[usize],
+) -> PyResult<&'a Array<'py>> {
+    let array = object.cast::<PyUntypedArray>().map_err(|_| {
+        PyTypeError::new_err(format!("{argument} must be a numpy array to write to, got {}", type_name(object)))
+    })?;
+    if !holds::<T>(array) {
+        let dtype = array.dtype();
+        return Err(PyTypeError::new_err(format!("{argument} must have dtype {}, got {dtype}", T::NAME)));
+    }
+    if array.shape() != shape {
+        let got = array.shape();
+        return Err(PyValueError::new_err(format!("{argument} must have the shape {shape:?}, got {got:?}")));
+    }
+    if !is_writeable(array) {
+        return Err(PyValueError::new_err(format!("{argument} is read-only")));
+    }
+    if !is_injective(array) {
+        return Err(PyValueError::new_err(format!(
+            "{argument} overlaps itself: some of its elements share memory; pass an ordinary array"
+        )));
+    }
+    Ok(array)
+}
+
+/// A view to write through of an array that `target` let pass.
+fn written<'py, T: Element>(argument: &str, array: &Array<'py>) -> PyResult<TableMut<'py, T>> {
+    let Header { start, rows, columns, row_stride, stride } = header(argument, array)?;
+    // SAFETY: the header describes the array's own memory; `target` checked its type and that it may be written. The
+    // caller's argument keeps the array alive for the call.
+    Ok(unsafe { TableMut::from_raw(start, (rows, columns), (row_stride, stride)) })
+}
+
 /// The arrays to write to: `out`, made if it is missing, and `status_out`. They must not share memory.
 pub fn outputs<'py>(
     ranges: &Floats<'py>,
@@ -204,13 +232,19 @@ pub fn outputs<'py>(
     status_out: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, Option<TableMut<'py, u8>>)> {
     let status = status_out.map(|array| ranges.output::<u8>("status_out", array)).transpose()?;
+    refuse_same_memory(out, status_out)?;
+    let out = out.map_or_else(|| ranges.empty_like(ranges.dtype()), |out| Ok(out.clone()))?;
+    Ok((out, status))
+}
+
+/// Refuse two outputs that share memory, if both are arrays.
+pub fn refuse_same_memory(out: Option<&Bound<'_, PyAny>>, status_out: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     if let (Some(out), Some(status_out)) = (out, status_out)
         && let Ok(out) = out.cast::<PyUntypedArray>()
     {
         refuse_shared("status_out", status_out.cast()?, "out", out)?;
     }
-    let out = out.map_or_else(|| ranges.empty_like(ranges.dtype()), |out| Ok(out.clone()))?;
-    Ok((out, status))
+    Ok(())
 }
 
 /// Refuse an output that shares memory with something else that is read or written.

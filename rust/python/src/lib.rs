@@ -5,6 +5,7 @@
 mod alignment;
 mod array;
 mod axes;
+mod beams;
 mod cloud;
 mod cloud_tracker;
 mod enums;
@@ -17,10 +18,13 @@ mod level;
 mod minimum;
 mod motion;
 mod nearest;
+mod nearest_point;
+mod path;
 mod points;
 mod range_rate;
 mod road;
 mod scan;
+mod scan_path;
 mod tracked;
 
 use pyo3::prelude::*;
@@ -40,6 +44,10 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<scan::ScanTTC>()?;
     m.add_class::<range_rate::RangeRate>()?;
     m.add_class::<range_rate::RangeRateNearest>()?;
+    m.add_class::<nearest_point::NearestPoint>()?;
+    m.add_class::<nearest_point::NearestPointBatch>()?;
+    m.add_class::<path::SweptPath>()?;
+    m.add_class::<scan_path::ScanSweptPath>()?;
     m.add_function(wrap_pyfunction!(ittc::ittc, m)?)?;
     m.add_class::<estimator::Minimum>()?;
     m.add_class::<estimator::KthSmallest>()?;

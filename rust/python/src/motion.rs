@@ -9,6 +9,7 @@ use pyo3::types::PyFloat;
 use ttc_fast_core::scan::Motion;
 
 /// The three arguments as they came; a missing one is 0.
+#[derive(Clone, Copy)]
 pub struct MotionArguments<'a, 'py> {
     pub speed: &'a Bound<'py, PyAny>,
     pub yaw_rate: Option<&'a Bound<'py, PyAny>>,

@@ -6,9 +6,9 @@ use pyo3::prelude::*;
 use std::sync::Arc;
 use ttc_fast_core::scan;
 
-/// A beam as Python counts it, -1 for none.
-pub fn index(beam: Option<usize>) -> i64 {
-    beam.map_or(-1, |beam| i64::try_from(beam).unwrap_or(-1))
+/// The index of what decided, -1 where nothing did.
+pub fn index(decided: Option<usize>) -> i64 {
+    decided.map_or(-1, |index| i64::try_from(index).unwrap_or(-1))
 }
 
 /// How often each case of a reading occurred in one scan.
@@ -38,7 +38,7 @@ pub struct Counts(pub scan::Counts);
 
 /// ``Counts`` of a batch: the same names, each a uint32 array of shape (B,).
 #[pyclass(frozen, module = "ttc_fast")]
-pub struct CountsBatch(Arc<[scan::Nearest]>);
+pub struct CountsBatch(pub Vec<scan::Counts>);
 
 macro_rules! counts {
     ($($name:ident),*) => {
@@ -55,7 +55,7 @@ macro_rules! counts {
         #[pymethods]
         impl CountsBatch {
             $(#[getter] fn $name<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-                PyArray1::from_iter(py, self.0.iter().map(|nearest| nearest.counts.$name))
+                PyArray1::from_iter(py, self.0.iter().map(|counts| counts.$name))
             })*
 
             fn __len__(&self) -> usize {
@@ -209,7 +209,7 @@ impl NearestBatch {
     /// How often each case of a reading occurred.
     #[getter]
     fn counts(&self) -> CountsBatch {
-        CountsBatch(Arc::clone(&self.0))
+        CountsBatch(self.0.iter().map(|nearest| nearest.counts).collect())
     }
 
     fn __len__(&self) -> usize {

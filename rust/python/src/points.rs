@@ -37,6 +37,14 @@ pub enum AnyPoints<'a> {
 }
 
 impl AnyPoints<'_> {
+    /// The name of the type of their coordinates.
+    pub fn dtype(&self) -> &'static str {
+        match self {
+            AnyPoints::Single(_) => f32::NAME,
+            AnyPoints::Double(_) => f64::NAME,
+        }
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         match self {
@@ -130,21 +138,134 @@ impl<'py> Cloud<'py> {
         let points = match (separate::<f32>(xyz), separate::<f64>(xyz)) {
             (Some(xyz), _) => AnyPoints::Single(points(xyz, intensity)?),
             (_, Some(xyz)) => AnyPoints::Double(points(xyz, intensity)?),
-            _ => {
-                let dtypes = xyz.map(|array| array.dtype().to_string());
-                let known = |name: &String| name == "float32" || name == "float64";
-                if dtypes.iter().all(known) {
-                    let [x, y, z] = dtypes;
-                    return Err(PyTypeError::new_err(format!(
-                        "{argument} must have x, y and z of the same dtype, float32 or float64, got {x}, {y} and {z}"
-                    )));
-                }
-                let odd = dtypes.iter().position(|name| !known(name)).unwrap_or(0);
-                return Err(wrong_dtype(argument, xyz[odd]));
-            }
+            _ => return Err(unlike_columns(argument, xyz)),
         };
         Ok(Cloud { points, _arrays: Arrays::Several { _arrays: arrays } })
     }
+}
+
+/// Points in a plane: one cloud or, with a dimension more, a batch of them. A z that there is only says which are valid.
+pub struct Frames<'py> {
+    points: AnyPoints<'py>,
+    shape: Vec<usize>,
+    arrays: Vec<Array<'py>>,
+}
+
+impl<'py> Frames<'py> {
+    /// Look at `object` as clouds, without copying.
+    pub fn view(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
+        if let Ok(separate) = object.cast::<PyTuple>() {
+            if !(2..=4).contains(&separate.len()) {
+                let got = separate.len();
+                let problem = format!("{argument} as a tuple must be (x, y) or (x, y, z), got {got} arrays");
+                return Err(PyValueError::new_err(problem));
+            }
+            let arrays =
+                separate.iter().take(3).map(|column| array(argument, &column)).collect::<PyResult<Vec<_>>>()?;
+            return Frames::of_columns(argument, arrays);
+        }
+        let array = array(argument, object)?;
+        if array.dtype().getattr(intern!(object.py(), "names"))?.is_none() {
+            Frames::of_rows(argument, array)
+        } else {
+            Frames::of_records(argument, &array)
+        }
+    }
+
+    /// The points, for as long as the arrays are kept: a cloud in each row.
+    pub fn points(&self) -> AnyPoints<'_> {
+        self.points
+    }
+
+    /// How many clouds there are, if this is a batch.
+    pub fn batch(&self) -> Option<usize> {
+        if let [rows, _] = self.shape[..] { Some(rows) } else { None }
+    }
+
+    /// Whether this is a batch.
+    pub fn is_batch(&self) -> bool {
+        self.batch().is_some()
+    }
+
+    /// The shape of an array with one number for each point.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    /// The arrays that they lie in.
+    pub fn arrays(&self) -> &[Array<'py>] {
+        &self.arrays
+    }
+
+    /// Plain rows: (N, 2) or wider, or (B, N, 2) or wider.
+    fn of_rows(argument: &str, array: Array<'py>) -> PyResult<Self> {
+        let shape = array.shape();
+        let problem = match shape {
+            [.., width] if *width > WIDEST_POINT => {
+                "looks transposed: the last axis is x, y and what else a point has".to_owned()
+            }
+            [_, width] | [_, _, width] if *width >= 2 => String::new(),
+            _ => "must be (N, 2) or wider, or (B, N, 2) or wider for a batch".to_owned(),
+        };
+        if !problem.is_empty() {
+            return Err(PyValueError::new_err(format!("{argument} has shape {shape:?}, which {problem}")));
+        }
+        let points = match (planar_rows::<f32>(&array), planar_rows::<f64>(&array)) {
+            (Some(xyz), _) => AnyPoints::Single(Points::batch(xyz).map_err(value_error)?),
+            (_, Some(xyz)) => AnyPoints::Double(Points::batch(xyz).map_err(value_error)?),
+            _ => return Err(wrong_dtype(argument, &array)),
+        };
+        Ok(Frames { points, shape: shape[..shape.len() - 1].to_vec(), arrays: vec![array] })
+    }
+
+    /// Records with fields x and y, and perhaps z.
+    fn of_records(argument: &str, array: &Array<'py>) -> PyResult<Self> {
+        let names: Vec<String> = array.dtype().getattr("names")?.extract()?;
+        let fields: Vec<&str> =
+            ["x", "y", "z"].into_iter().filter(|field| names.iter().any(|name| name == field)).collect();
+        if !fields.starts_with(&["x", "y"]) {
+            return Err(PyValueError::new_err(format!(
+                "{argument} must be records with fields x and y, got {names:?}; pass a tuple of columns to use other fields"
+            )));
+        }
+        let columns = fields
+            .into_iter()
+            .map(|name| Ok(array.get_item(name)?.cast_into::<PyUntypedArray>()?))
+            .collect::<PyResult<Vec<_>>>()?;
+        Frames::of_columns(argument, columns)
+    }
+
+    /// One array per column: x, y and perhaps z.
+    fn of_columns(argument: &str, arrays: Vec<Array<'py>>) -> PyResult<Self> {
+        let xyz = [&arrays[0], &arrays[1], arrays.get(2).unwrap_or(&arrays[0])];
+        let shape = xyz[0].shape().to_vec();
+        if let Some(odd) = arrays.iter().find(|array| array.shape() != shape || !(1..=2).contains(&shape.len())) {
+            let (one, other) = (&shape, odd.shape());
+            return Err(PyValueError::new_err(format!(
+                "{argument} must have columns of one shape, (N,) or (B, N) for a batch, got {one:?} and {other:?}"
+            )));
+        }
+        let points = match (separate::<f32>(xyz), separate::<f64>(xyz)) {
+            (Some(xyz), _) => AnyPoints::Single(Points::batch(xyz).map_err(value_error)?),
+            (_, Some(xyz)) => AnyPoints::Double(Points::batch(xyz).map_err(value_error)?),
+            _ => return Err(unlike_columns(argument, xyz)),
+        };
+        Ok(Frames { points, shape, arrays })
+    }
+}
+
+/// What is wrong with columns that are neither all float32 nor all float64.
+fn unlike_columns(argument: &str, xyz: [&Array<'_>; 3]) -> PyErr {
+    let dtypes = xyz.map(|array| array.dtype().to_string());
+    let known = |name: &String| name == "float32" || name == "float64";
+    if dtypes.iter().all(known) {
+        let [x, y, z] = dtypes;
+        return PyTypeError::new_err(format!(
+            "{argument} must have x, y and z of the same dtype, float32 or float64, got {x}, {y} and {z}"
+        ));
+    }
+    let odd = dtypes.iter().position(|name| !known(name)).unwrap_or(0);
+    wrong_dtype(argument, xyz[odd])
 }
 
 fn array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
@@ -176,6 +297,12 @@ fn rows<'a, T: Element>(array: &Array<'_>) -> Option<Rows<'a, T>> {
             None => columns::<T, 3>(array).map(|xyz| (xyz, None)),
         }
     }
+}
+
+/// x, y and z of plain rows, if they are of type `T`; x again where there is no z.
+fn planar_rows<'a, T: Element>(array: &Array<'_>) -> Option<[Table<'a, T>; 3]> {
+    // SAFETY: `Frames` keeps the array for as long as it hands out views.
+    unsafe { columns::<T, 3>(array).or_else(|| columns::<T, 2>(array).map(|[x, y]| [x, y, x])) }
 }
 
 /// Coordinates from separate columns, if all are of type `T`.

@@ -1,21 +1,15 @@
 //! `ScanTTC`.
 
-use crate::array::{Floats, Numbers, as_array, outputs};
-use crate::errors::{no_data, value_error, value_error_in_row};
-use crate::gil::release;
+use crate::beams::Asked;
+use crate::errors::value_error;
 use crate::level;
 use crate::minimum::minimum;
-use crate::motion::{MotionArguments, Motions};
-use crate::nearest::{Nearest, NearestBatch};
-use numpy::PyUntypedArrayMethods;
-use numpy::{PyArray1, PyUntypedArray};
+use crate::motion::MotionArguments;
+use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyFloat, PyTuple, PyType};
-use std::sync::Arc;
-use ttc_fast_core::column::{Column, Table, TableMut};
-use ttc_fast_core::scan::{self, LimitsPolicy, Motion, Mount, Outline, Range, ScanTtc, Settings, TooClose};
-use ttc_fast_core::threads::pieces;
+use pyo3::types::{PyDict, PyTuple, PyType};
+use ttc_fast_core::scan::{LimitsPolicy, Mount, Outline, ScanTtc, Settings, TooClose};
 
 /// Instantaneous time-to-collision (iTTC) of the beams of one laser scanner.
 ///
@@ -130,9 +124,7 @@ impl ScanTTC {
         minimum: Option<Bound<'_, PyAny>>,
         threads: i64,
     ) -> PyResult<Self> {
-        if no_data.is_some_and(|value| value.is_nan() || value < 0.0) {
-            return Err(PyValueError::new_err("no_data must be a time in [0, inf], in seconds"));
-        }
+        crate::errors::check_no_data(no_data)?;
         let settings = Settings {
             angle_min,
             angle_increment,
@@ -256,23 +248,7 @@ impl ScanTTC {
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
-        let array = as_array("ranges", ranges)?;
-        if array.ndim() == 2 {
-            let motions = motion.each(array.shape()[0])?;
-            let ranges = self.batch(array, &motions)?;
-            return match ranges.numbers() {
-                Numbers::Single(table) => self.min_each(py, &table, &motions),
-                Numbers::Double(table) => self.min_each(py, &table, &motions),
-            };
-        }
-        let motion = motion.one()?;
-        let ranges = Floats::view("ranges", array)?;
-        let ttc = match ranges.numbers() {
-            Numbers::Single(table) => self.min_one(py, table.row(0), motion),
-            Numbers::Double(table) => self.min_one(py, table.row(0), motion),
-        }?;
-        Ok(PyFloat::new(py, ttc).into_any())
+        self.asked().min(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
     }
 
     /// The nearest beam in time, and everything that says why.
@@ -311,24 +287,7 @@ impl ScanTTC {
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
-        let array = as_array("ranges", ranges)?;
-        if array.ndim() == 2 {
-            let motions = motion.each(array.shape()[0])?;
-            let ranges = self.batch(array, &motions)?;
-            let each = match ranges.numbers() {
-                Numbers::Single(table) => self.nearest_each(py, &table, &motions)?,
-                Numbers::Double(table) => self.nearest_each(py, &table, &motions)?,
-            };
-            return Ok(Bound::new(py, NearestBatch(each))?.into_any());
-        }
-        let motion = motion.one()?;
-        let ranges = Floats::view("ranges", array)?;
-        let nearest = match ranges.numbers() {
-            Numbers::Single(table) => self.nearest_one(py, table.row(0), motion),
-            Numbers::Double(table) => self.nearest_one(py, table.row(0), motion),
-        }?;
-        Ok(Bound::new(py, Nearest(nearest))?.into_any())
+        self.asked().nearest(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
     }
 
     /// Time-to-collision of each beam, s.
@@ -377,20 +336,7 @@ impl ScanTTC {
         out: Option<&Bound<'py, PyAny>>,
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
-        let array = as_array("ranges", ranges)?;
-        let motions = if array.ndim() == 2 { motion.each(array.shape()[0])? } else { Motions::from(motion.one()?) };
-        let ranges = self.batch(array, &motions)?;
-        // All motions are checked before anything is written: `out` may be `ranges` itself.
-        for row in 0..ranges.rows() {
-            self.scan.check_motion(motions.row(row)).map_err(value_error_in_row(row))?;
-        }
-        let (out, status) = outputs(&ranges, out, status_out)?;
-        match ranges.numbers() {
-            Numbers::Single(table) => self.per_beam_each(py, &table, &motions, ranges.output("out", &out)?, status)?,
-            Numbers::Double(table) => self.per_beam_each(py, &table, &motions, ranges.output("out", &out)?, status)?,
-        }
-        Ok(out)
+        self.asked().per_beam(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed }, out, status_out)
     }
 
     /// Number of beams.
@@ -442,92 +388,20 @@ impl ScanTTC {
 }
 
 impl ScanTTC {
-    /// What the kernels know of it.
+    /// The scanner itself.
     pub fn core(&self) -> &ScanTtc {
         &self.scan
     }
 
-    fn min_one<T: Range>(&self, py: Python<'_>, ranges: Column<'_, T>, motion: Motion) -> PyResult<f64> {
-        let least = release(py, ranges.len(), || self.scan.min(ranges, motion)).map_err(value_error)?;
-        least.or(self.no_data).ok_or_else(|| no_data(None))
+    /// Somebody to ask about its scans.
+    pub fn asked_about<'a, C>(&self, criterion: &'a C) -> Asked<'a, C> {
+        Asked { criterion, no_data: self.no_data, threads: self.threads }
     }
 
-    /// A view of a batch (or of one scan as one row) for which there is a motion for each row.
-    fn batch<'py>(&self, array: Bound<'py, PyUntypedArray>, motions: &Motions) -> PyResult<Floats<'py>> {
-        let ranges = Floats::view("ranges", array)?;
-        self.scan.check_beams("ranges", ranges.columns()).map_err(value_error)?;
-        if motions.serve(ranges.rows()) {
-            return Ok(ranges);
-        }
-        Err(PyValueError::new_err("ranges changed its shape while the motions were read"))
-    }
-
-    fn min_each<'py, T: Range>(
-        &self,
-        py: Python<'py>,
-        ranges: &Table<'_, T>,
-        motions: &Motions,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let each: Vec<f64> = release(py, ranges.rows() * ranges.columns(), || {
-            self.rows(ranges, |row| {
-                let least = self.scan.min(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))?;
-                least.or(self.no_data).ok_or_else(|| no_data(Some(row)))
-            })
-        })?;
-        Ok(PyArray1::from_vec(py, each).into_any())
-    }
-
-    fn nearest_one<T: Range>(&self, py: Python<'_>, ranges: Column<'_, T>, motion: Motion) -> PyResult<scan::Nearest> {
-        release(py, ranges.len(), || self.scan.nearest(ranges, motion)).map_err(value_error)
-    }
-
-    fn nearest_each<T: Range>(
-        &self,
-        py: Python<'_>,
-        ranges: &Table<'_, T>,
-        motions: &Motions,
-    ) -> PyResult<Arc<[scan::Nearest]>> {
-        let each = release(py, ranges.rows() * ranges.columns(), || {
-            self.rows(ranges, |row| {
-                self.scan.nearest(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))
-            })
-        })?;
-        Ok(each.into())
-    }
-
-    fn per_beam_each<T: Range>(
-        &self,
-        py: Python<'_>,
-        ranges: &Table<'_, T>,
-        motions: &Motions,
-        mut out: TableMut<'_, T>,
-        mut status: Option<TableMut<'_, u8>>,
-    ) -> PyResult<()> {
-        release(py, ranges.rows() * ranges.columns(), || {
-            for row in 0..ranges.rows() {
-                let mut status = status.as_mut().map(|status| status.row(row));
-                self.scan
-                    .per_beam(ranges.row(row), motions.row(row), &mut out.row(row), status.as_mut())
-                    .map_err(value_error_in_row(row))?;
-            }
-            Ok(())
-        })
-    }
-
-    /// `work` on each row of a batch, by as many threads as were asked for; the first error wins.
-    fn rows<T: Range, R: Send>(
-        &self,
-        ranges: &Table<'_, T>,
-        work: impl Fn(usize) -> PyResult<R> + Sync,
-    ) -> PyResult<Vec<R>> {
-        let least = LEAST_PIECE.div_ceil(ranges.columns().max(1));
-        let rows = pieces(self.threads, ranges.rows(), least, |rows| rows.map(&work).collect::<PyResult<Vec<R>>>());
-        Ok(rows.into_iter().collect::<PyResult<Vec<_>>>()?.into_iter().flatten().collect())
+    fn asked(&self) -> Asked<'_, ScanTtc> {
+        self.asked_about(&self.scan)
     }
 }
-
-/// Fewer beams than this are not worth a thread of their own.
-const LEAST_PIECE: usize = 1 << 16;
 
 const POLICIES: [(&str, LimitsPolicy); 2] = [("horizon", LimitsPolicy::Horizon), ("clamp", LimitsPolicy::Clamp)];
 const TOO_CLOSE: [(&str, TooClose); 2] = [("hit", TooClose::Hit), ("ignore", TooClose::Ignore)];

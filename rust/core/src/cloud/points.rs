@@ -51,6 +51,25 @@ impl<'a, T: Real> Points<'a, T> {
         Ok(Points { xyz, intensity })
     }
 
+    /// A batch of clouds, one in each row, which stay apart.
+    ///
+    /// # Errors
+    /// As [`Points::new`].
+    pub fn batch(xyz: [Table<'a, T>; 3]) -> Result<Self, Error> {
+        Points::new(xyz, None).map(|points| Points { xyz, ..points })
+    }
+
+    /// How many rows there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.xyz[0].rows()
+    }
+
+    /// The columns x, y and z of row `row`, as stored.
+    pub(crate) fn xyz(&self, row: usize) -> [Column<'a, T>; 3] {
+        self.xyz.map(|table| table.row(row))
+    }
+
     /// How many points there are.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -36,7 +36,7 @@ impl Mount {
 }
 
 impl Outline {
-    pub(super) fn checked(self) -> Result<Self, Error> {
+    pub(crate) fn checked(self) -> Result<Self, Error> {
         for edge in [self.x_rear, self.x_front, self.y_right, self.y_left] {
             finite("outline", edge)?;
         }

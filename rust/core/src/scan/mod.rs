@@ -3,20 +3,22 @@
 //! For each beam, iTTC is the clearance along it divided by the speed at which the sensor moves along it. The
 //! parts: [`geometry`] says where beams point and how far the vehicle's outline is along them, [`tables`]
 //! keeps that in the forms the kernels read, [`reading`] says what a number in `ranges` means, [`search`] finds the
-//! least iTTC, [`vote`] says which beam counts, [`per_beam`] computes them all.
+//! least iTTC, [`vote`] says which beam counts, [`per_beam`] computes them all. [`swept`] asks of the same beams which is hit
+//! first.
 
 mod geometry;
 mod per_beam;
 pub mod range_rate;
 mod reading;
 mod search;
+mod swept;
 mod tables;
 mod vote;
 
-pub(crate) use per_beam::ttc;
 pub use {
     geometry::{Mount, Outline},
     reading::{Counts, LimitsPolicy, TooClose},
+    swept::ScanSweptPath,
     vote::{Minimum, Neighbours},
 };
 use {
@@ -24,8 +26,8 @@ use {
     reading::{Census, Rules},
     search::{Bound, Search, Straight, Turning},
     tables::{Beams, Exact, Tables},
-    vote::Best,
 };
+pub(crate) use {per_beam::ttc, vote::Best};
 
 use crate::column::{Column, ColumnMut, Source};
 use crate::error::{Error, finite, non_negative};
@@ -241,7 +243,7 @@ impl Settings {
 
 impl Motion {
     /// Velocity of the sensor in the vehicle frame: v + omega x p.
-    fn of_sensor(self, mount: Mount) -> Result<(f64, f64), Error> {
+    pub(crate) fn of_sensor(self, mount: Mount) -> Result<(f64, f64), Error> {
         finite("speed", self.speed)?;
         finite("yaw_rate", self.yaw_rate)?;
         finite("lateral_speed", self.lateral_speed)?;
@@ -304,25 +306,7 @@ impl ScanTtc {
     pub fn nearest<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Nearest, Error> {
         let view = self.view(ranges, motion)?;
         let (best, supported) = view.best();
-        let counts = view.counts();
-        let beam = if best.ttc < f64::INFINITY {
-            Some(best.beam)
-        } else if counts.contact > 0 {
-            view.first_contact()
-        } else {
-            None
-        };
-        let range = beam.map_or(f64::NAN, |beam| view.usable(beam));
-        Ok(Nearest {
-            ttc: best.ttc,
-            status: self.status(best, supported, &counts),
-            beam,
-            angle: beam.map_or(f64::NAN, |beam| self.settings.angle(beam)),
-            range,
-            clearance: beam.map_or(f64::NAN, |beam| view.exact.clearance(beam, range)),
-            closing_speed: beam.map_or(f64::NAN, |beam| view.exact.closing(beam)),
-            counts,
-        })
+        Ok(self.nearest_of(&view, best, supported))
     }
 
     /// Time-to-collision of each beam into `out`, and what it means into `status_out`.
@@ -337,10 +321,7 @@ impl ScanTtc {
         status_out: Option<&mut ColumnMut<'o, u8>>,
     ) -> Result<(), Error> {
         let view = self.view(ranges, motion)?;
-        self.check_beams("out", out.len())?;
-        if let Some(status_out) = &status_out {
-            self.check_beams("status_out", status_out.len())?;
-        }
+        self.check_outputs(out, status_out.as_deref())?;
         let (vx, vy) = view.exact.velocity;
         let (rules, tables) = (view.prepared.rules, &view.prepared.tables);
         let (velocity, min_closing_speed) = ((T::of(vx), T::of(vy)), T::of(self.settings.min_closing_speed));
@@ -366,7 +347,14 @@ impl ScanTtc {
         let velocity = motion.of_sensor(self.settings.mount)?;
         let min_closing_speed = self.settings.min_closing_speed;
         let exact = Exact { beams: &self.beams, velocity, min_closing_speed };
-        Ok(View { ranges, prepared: T::prepared(self), exact, level: self.level, minimum: self.settings.minimum })
+        Ok(View {
+            ranges,
+            prepared: T::prepared(self),
+            exact,
+            level: self.level,
+            minimum: self.settings.minimum,
+            mount: self.settings.mount,
+        })
     }
 
     /// Whether an array has one entry for each beam.
@@ -379,6 +367,38 @@ impl ScanTtc {
             return Ok(());
         }
         Err(Error::new(argument, format!("must have one entry for each of the {beams} beams, got {got}")))
+    }
+
+    /// Everything that says why `best` decides.
+    fn nearest_of<T: Real>(&self, view: &View<'_, T>, best: Best, supported: bool) -> Nearest {
+        let counts = view.counts();
+        let beam = if best.ttc < f64::INFINITY {
+            Some(best.beam)
+        } else if counts.contact > 0 {
+            view.first_contact()
+        } else {
+            None
+        };
+        let range = beam.map_or(f64::NAN, |beam| view.usable(beam));
+        Nearest {
+            ttc: best.ttc,
+            status: self.status(best, supported, &counts),
+            beam,
+            angle: beam.map_or(f64::NAN, |beam| self.settings.angle(beam)),
+            range,
+            clearance: beam.map_or(f64::NAN, |beam| view.exact.clearance(beam, range)),
+            closing_speed: beam.map_or(f64::NAN, |beam| view.exact.closing(beam)),
+            counts,
+        }
+    }
+
+    fn check_outputs<T: Copy>(
+        &self,
+        out: &ColumnMut<'_, T>,
+        status_out: Option<&ColumnMut<'_, u8>>,
+    ) -> Result<(), Error> {
+        self.check_beams("out", out.len())?;
+        status_out.map_or(Ok(()), |status_out| self.check_beams("status_out", status_out.len()))
     }
 
     fn status(&self, best: Best, supported: bool, counts: &Counts) -> Status {
@@ -418,6 +438,7 @@ struct View<'a, T> {
     exact: Exact<'a>,
     level: Level,
     minimum: Option<Minimum>,
+    mount: Mount,
 }
 
 impl<T: Real> View<'_, T> {
@@ -431,13 +452,15 @@ impl<T: Real> View<'_, T> {
 
     /// The vote is for those who would rather be right than fast: every beam is computed.
     fn voted(&self, minimum: Minimum) -> (Best, bool) {
-        let closing = self.closing();
-        if closing.is_empty() {
-            return (Best::NONE, true);
-        }
+        self.elected(minimum, self.closing())
+    }
+
+    /// The beam among those that close that a vote elects, or the first of them where it elects none.
+    fn elected(&self, minimum: Minimum, closing: Vec<Best>) -> (Best, bool) {
+        let Some(first) = closing.iter().copied().min_by(Best::order) else { return (Best::NONE, true) };
         let usable = |beam| if self.exact.beams.ignores(beam) { f64::NAN } else { self.usable(beam) };
         let winner = vote::winner(minimum, closing, self.ranges.len(), usable);
-        (winner.unwrap_or_else(|| self.least()), winner.is_some())
+        (winner.unwrap_or(first), winner.is_some())
     }
 
     /// Every beam that closes.

@@ -4,28 +4,28 @@ use crate::error::{Error, non_negative};
 
 /// A beam and its time-to-collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Best {
+pub(crate) struct Best {
     pub ttc: f64,
     pub beam: usize,
 }
 
 impl Best {
     /// No beam: it never comes.
-    pub(super) const NONE: Best = Best { ttc: f64::INFINITY, beam: usize::MAX };
+    pub(crate) const NONE: Best = Best { ttc: f64::INFINITY, beam: usize::MAX };
 
     /// Whether it ever comes.
     #[inline(always)]
-    pub(super) fn closes(&self) -> bool {
+    pub(crate) fn closes(&self) -> bool {
         self.ttc < f64::INFINITY
     }
 
     /// Earlier, or as early at a lower index.
     #[inline(always)]
-    pub(super) fn precedes(&self, other: &Best) -> bool {
+    pub(crate) fn precedes(&self, other: &Best) -> bool {
         self.ttc < other.ttc || (self.ttc == other.ttc && self.beam < other.beam)
     }
 
-    pub(super) fn order(&self, other: &Best) -> std::cmp::Ordering {
+    pub(crate) fn order(&self, other: &Best) -> std::cmp::Ordering {
         self.ttc.total_cmp(&other.ttc).then(self.beam.cmp(&other.beam))
     }
 }

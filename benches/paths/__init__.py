@@ -1,0 +1,1 @@
+"""``SweptPath`` and ``ScanSweptPath``: what the car of the scans would run into."""

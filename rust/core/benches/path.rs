@@ -1,0 +1,91 @@
+//! The swept path kernels at every instruction-set level, each checked against small time steps before it is timed.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use std::hint::black_box;
+use ttc_fast_core::cloud::Points;
+use ttc_fast_core::column::{Column, ColumnMut, Table};
+use ttc_fast_core::path::SweptPath;
+use ttc_fast_core::scan::{Motion, Outline};
+use ttc_fast_core::simd::Level;
+
+const SIZES: [usize; 2] = [1080, 65_536];
+const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.45, y_right: -0.15, y_left: 0.15 };
+const HORIZON: f64 = 5.0;
+const STEP: f64 = 1e-3;
+const MOTIONS: [(&str, Motion); 3] = [
+    ("straight", Motion { speed: 5.0, yaw_rate: 0.0, lateral_speed: 0.0 }),
+    ("turning", Motion { speed: 5.0, yaw_rate: 0.8, lateral_speed: 0.0 }),
+    ("in place", Motion { speed: 0.0, yaw_rate: 1.5, lateral_speed: 0.0 }),
+];
+
+/// The walls of a room, with noise on them.
+fn room(points: usize) -> [Vec<f32>; 2] {
+    let mut state = 2026_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f32 / (1_u32 << 24) as f32
+    };
+    let place = |i: usize| {
+        let (sin, cos) = (4.0 * i as f32 / points as f32 - 2.0).sin_cos();
+        let along = if cos > 0.0 { 9.0 } else { 3.0 } / cos.abs();
+        let range = along.min(2.5 / sin.abs()) + 0.02 * random();
+        (range * cos, range * sin)
+    };
+    let (x, y) = (0..points).map(place).unzip();
+    [x, y]
+}
+
+fn plane([x, y]: &[Vec<f32>; 2]) -> Points<'_, f32> {
+    let table = |column| Table::new(Column::new(column));
+    Points::batch([table(x), table(y), table(x)]).expect("columns are as long")
+}
+
+/// Small steps, of a car through a room that stands still.
+fn stepped([x, y]: &[Vec<f32>; 2], motion: Motion) -> f64 {
+    let (mut at, mut heading, mut moment) = ([0.0, 0.0], 0.0_f64, 0.0);
+    while moment < HORIZON {
+        let (sin, cos) = heading.sin_cos();
+        let inside = x.iter().zip(y).any(|(x, y)| {
+            let (dx, dy) = (f64::from(*x) - at[0], f64::from(*y) - at[1]);
+            let (x, y) = (cos * dx + sin * dy, cos * dy - sin * dx);
+            (CAR.x_rear..=CAR.x_front).contains(&x) && (CAR.y_right..=CAR.y_left).contains(&y)
+        });
+        if inside {
+            return moment;
+        }
+        let (sin, cos) = (heading + motion.yaw_rate * STEP / 2.0).sin_cos();
+        at = [at[0] + motion.speed * STEP * cos, at[1] + motion.speed * STEP * sin];
+        heading += motion.yaw_rate * STEP;
+        moment += STEP;
+    }
+    f64::INFINITY
+}
+
+fn path(c: &mut Criterion) {
+    let mut group = c.benchmark_group("swept path");
+    for points in SIZES {
+        let room = room(points);
+        let cloud = plane(&room);
+        let mut out = vec![0.0_f32; points];
+        group.throughput(Throughput::Elements(points as u64));
+        for (name, motion) in MOTIONS {
+            let expected = stepped(&room, motion);
+            for level in Level::all() {
+                let path = SweptPath::new(CAR, HORIZON, level).expect("the horizon makes sense");
+                let ttc = path.min(&cloud, 0, motion).expect("the motion makes sense").expect("the room is seen");
+                let close = ttc == expected || (ttc <= expected && expected < ttc + 2.0 * STEP);
+                assert!(close, "the kernel gives {ttc}, small steps {expected}");
+                group.bench_function(BenchmarkId::new(format!("min, {name}, {level}"), points), |b| {
+                    b.iter(|| path.min(black_box(&cloud), 0, motion));
+                });
+                group.bench_function(BenchmarkId::new(format!("per_point, {name}, {level}"), points), |b| {
+                    b.iter(|| path.per_point(black_box(&cloud), 0, motion, &mut ColumnMut::new(&mut out), None));
+                });
+            }
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, path);
+criterion_main!(benches);

@@ -1,0 +1,172 @@
+//! When a point first enters the outline.
+//!
+//! Let omega be the yaw rate and tau = 2 tan(omega t / 2) / omega, which is t itself when omega is 0. As the vehicle turns,
+//! the coordinates of a static point in the vehicle frame are sums of 1, sin(omega t) and cos(omega t). Times
+//! 1 + (omega tau / 2)^2 they are polynomials:
+//!
+//! ```text
+//! (1 + (omega tau / 2)^2) (x(t) - X) = (x - X) + (omega y - vx) tau - omega/2 (vy + omega/2 (x + X)) tau^2
+//! (1 + (omega tau / 2)^2) (y(t) - Y) = (y - Y) - (omega x + vy) tau + omega/2 (vx - omega/2 (y + Y)) tau^2
+//! ```
+//!
+//! So the line of each edge is crossed at the roots of a quadratic, with nothing singular as omega goes to 0: straight
+//! driving is not another case but the same quadratic without its square. Of its two roots one goes in. A root is kept as
+//! a pair (n, d) with tau = n / d, so that half a turn, where tau is infinite, is a root like any other.
+
+use crate::error::Error;
+use crate::scan::{Motion, Mount, Outline};
+
+/// Slower than this, m/s or rad/s, is standing still: in the longest horizon it moves nothing by the width of an atom,
+/// and its square would lose digits.
+const SLOWEST: f64 = 1e-30;
+
+/// No vehicle is faster than light, m/s; nor turns so fast, rad/s.
+const FASTEST: f64 = 299_792_458.0;
+
+/// A point that passes the outline this close, as a share of how far points may come from, touches it.
+const TOUCH: f64 = 1e-11;
+
+/// An outline in motion, and what follows from these for any point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sweep {
+    pub outline: Outline,
+    pub horizon: f64,
+    /// Velocity of the vehicle's origin, and its yaw rate.
+    pub vx: f64,
+    pub vy: f64,
+    pub omega: f64,
+    half: f64,
+    /// Points farther away than this, in x or y, cannot enter within the horizon, m.
+    pub reach: f64,
+    /// A point that passes the outline this close touches it, m.
+    pub touch: f64,
+}
+
+/// Where x - X or y - Y, times 1 + (omega tau / 2)^2, is c + b tau + a tau^2.
+#[derive(Clone, Copy)]
+struct Quadratic {
+    c: f64,
+    b: f64,
+    a: f64,
+}
+
+/// A time, as tau = n / d with n at least 0.
+#[derive(Clone, Copy)]
+struct Root {
+    n: f64,
+    d: f64,
+}
+
+impl Sweep {
+    pub(super) fn new(outline: Outline, horizon: f64, motion: Motion) -> Result<Self, Error> {
+        motion.of_sensor(Mount::default())?;
+        let moves = |value: f64| if value.abs() < SLOWEST { 0.0 } else { value };
+        let (vx, vy, omega) = (moves(motion.speed), moves(motion.lateral_speed), moves(motion.yaw_rate));
+        let Outline { x_rear, x_front, y_right, y_left } = outline;
+        // A point keeps its speed on its way, and the points of a rectangle that move fastest are corners.
+        let corners = [(x_rear, y_right), (x_rear, y_left), (x_front, y_right), (x_front, y_left)];
+        let square = |(x, y): (f64, f64)| {
+            let (sx, sy) = (vx - omega * y, vy + omega * x);
+            sx * sx + sy * sy
+        };
+        let fastest = corners.into_iter().map(square).fold(0.0, f64::max).sqrt();
+        if !(fastest < FASTEST && omega.abs() < FASTEST) {
+            let got = motion.yaw_rate;
+            return Err(Error::new("yaw_rate", format!("turns the outline faster than light, at {got} rad/s")));
+        }
+        // The way of a point is no longer than its speed allows, and no farther than across its circle.
+        let turn = if omega == 0.0 { horizon } else { horizon.min(2.0 / omega.abs()) };
+        let extent = [x_rear, x_front, y_right, y_left].into_iter().map(f64::abs).fold(0.0, f64::max);
+        let reach = extent + fastest * turn;
+        Ok(Sweep { outline, horizon, vx, vy, omega, half: omega / 2.0, reach, touch: TOUCH * reach })
+    }
+
+    /// Whether a point lies in the outline, its edges included.
+    #[inline(always)]
+    pub(crate) fn is_inside(&self, [x, y]: [f64; 2]) -> bool {
+        let Outline { x_rear, x_front, y_right, y_left } = self.outline;
+        x_rear <= x && x <= x_front && y_right <= y && y <= y_left
+    }
+
+    /// Velocity of a static point in the vehicle frame, m/s.
+    #[inline(always)]
+    pub(super) fn velocity(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.omega * y - self.vx, 0.0 - (self.omega * x + self.vy)]
+    }
+
+    /// Time until a point hits the vehicle, s: of its first entry, infinite where that is not within the horizon. Of a
+    /// point in contact 0 if its clearance shrinks, else infinite.
+    ///
+    /// A point in the outline is in contact, and so is one that `touches` by another measure.
+    pub(crate) fn ttc(&self, point: [f64; 2], touches: bool) -> f64 {
+        if touches || self.is_inside(point) {
+            return if self.approach(point).closing_speed > 0.0 { 0.0 } else { f64::INFINITY };
+        }
+        let t = self.entry(point);
+        if t <= self.horizon { t } else { f64::INFINITY }
+    }
+
+    /// When a point outside first enters, s; infinite if it never does.
+    fn entry(&self, [x, y]: [f64; 2]) -> f64 {
+        if !(x.abs() <= self.reach && y.abs() <= self.reach) {
+            return f64::INFINITY;
+        }
+        let Outline { x_rear, x_front, y_right, y_left } = self.outline;
+        let [bx, by] = self.velocity([x, y]);
+        let to_x =
+            |edge: f64| Quadratic { c: x - edge, b: bx, a: 0.0 - self.half * (self.vy + self.half * (x + edge)) };
+        let to_y = |edge: f64| Quadratic { c: y - edge, b: by, a: self.half * (self.vx - self.half * (y + edge)) };
+        let (along_x, along_y) = (to_x(0.0), to_y(0.0));
+
+        let crossings = [
+            self.crossing(to_x(x_front), along_y, y_right, y_left),
+            self.crossing(to_x(x_rear).mirrored(), along_y, y_right, y_left),
+            self.crossing(to_y(y_left), along_x, x_rear, x_front),
+            self.crossing(to_y(y_right).mirrored(), along_x, x_rear, x_front),
+        ];
+        crossings.into_iter().flatten().fold(f64::INFINITY, |first, root| first.min(self.time(root)))
+    }
+
+    /// When the distance to an edge's line, positive outside, falls to 0 while the other coordinate is between the ends of
+    /// the edge.
+    #[inline(always)]
+    fn crossing(&self, distance: Quadratic, other: Quadratic, low: f64, high: f64) -> Option<Root> {
+        let distance = if distance.discriminant() >= 0.0 { distance } else { self.nearer(distance) };
+        let Quadratic { c, b, a } = distance;
+        let discriminant = distance.discriminant();
+        let h = b.abs() + discriminant.max(0.0).sqrt();
+        let (n, d) = if b < 0.0 || (b == 0.0 && a == 0.0) { (2.0 * c, h) } else { (0.0 - h, 2.0 * a) };
+        let (n, d) = if n < 0.0 { (0.0 - n, 0.0 - d) } else { (n, d) };
+        let scale = d * d + (self.half * n) * (self.half * n);
+        let place = (other.c * d + other.b * n) * d + other.a * n * n;
+        let on_edge = (low - self.touch) * scale <= place && place <= (high + self.touch) * scale && scale > 0.0;
+        (discriminant >= 0.0 && on_edge).then_some(Root { n, d })
+    }
+
+    /// The distance to a line nearer by `touch`: a circle that misses an edge may come as close as that.
+    fn nearer(&self, Quadratic { c, b, a }: Quadratic) -> Quadratic {
+        Quadratic { c: c - self.touch, b, a: a - self.half * self.half * self.touch }
+    }
+
+    /// The time at a root, s.
+    fn time(&self, Root { n, d }: Root) -> f64 {
+        if n == 0.0 {
+            0.0
+        } else if self.omega == 0.0 {
+            if d > 0.0 { n / d } else { f64::INFINITY }
+        } else {
+            2.0 * (self.omega.abs() * n).atan2(2.0 * d) / self.omega.abs()
+        }
+    }
+}
+
+impl Quadratic {
+    fn discriminant(&self) -> f64 {
+        self.b * self.b - 4.0 * self.a * self.c
+    }
+
+    /// The same edge seen from its other side.
+    fn mirrored(self) -> Self {
+        Quadratic { c: 0.0 - self.c, b: 0.0 - self.b, a: 0.0 - self.a }
+    }
+}

@@ -1,0 +1,247 @@
+//! When static points enter the moving vehicle: the exact first entry into its outline, in closed form.
+//!
+//! With speed and yaw rate constant, a static point moves on a circle about the instantaneous centre of rotation, seen
+//! from the vehicle; on a line when the vehicle drives straight. [`entry`] says when that path first meets the outline,
+//! [`clearance`] how far a point is from it now and how fast that shrinks, [`bounds`] which points cannot matter, and
+//! [`search`] puts these together. [`frame`] is where points come from: a cloud, or the beams of a scanner.
+
+mod bounds;
+mod clearance;
+mod entry;
+mod frame;
+mod search;
+
+pub(crate) use {
+    clearance::Approach,
+    entry::Sweep,
+    frame::Frame,
+    search::{each, entering, least},
+};
+
+use crate::cloud::Points;
+use crate::column::ColumnMut;
+use crate::error::Error;
+use crate::real::Real;
+use crate::scan::{Best, Counts, Motion, Outline};
+use crate::simd::Level;
+use crate::status::Status;
+use frame::Planar;
+
+/// No vehicle is larger, m. Keeps every product far from overflow.
+const LARGEST: f64 = 1e6;
+
+/// Nobody looks farther ahead, s.
+const LONGEST: f64 = 1e6;
+
+/// A vehicle's outline, and how far ahead to look.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SweptPath {
+    outline: Outline,
+    horizon: f64,
+    level: Level,
+}
+
+/// The point that is hit first, and everything that says why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearestPoint {
+    /// Least time until a point enters the outline, s.
+    pub ttc: f64,
+    /// What it means.
+    pub status: Status,
+    /// The point that decided: the one of `ttc`, else the first in contact, else none.
+    pub index: Option<usize>,
+    /// Where it is, m. NaN without a point, as all that follows.
+    pub x: f64,
+    /// Where it is, m.
+    pub y: f64,
+    /// From the outline to the point, m; negative inside.
+    pub clearance: f64,
+    /// How fast the clearance shrinks now, m/s.
+    pub closing_speed: f64,
+    /// How many points are valid, invalid and in contact.
+    pub counts: Counts,
+}
+
+impl SweptPath {
+    /// A swept path, computed at instruction-set level `level`.
+    ///
+    /// # Errors
+    /// When the outline is no rectangle, or the horizon no time.
+    pub fn new(outline: Outline, horizon: f64, level: Level) -> Result<Self, Error> {
+        let Outline { x_rear, x_front, y_right, y_left } = outline.checked()?;
+        if [x_rear, x_front, y_right, y_left].into_iter().any(|edge| edge.abs() > LARGEST) {
+            return Err(Error::new("outline", format!("must lie within {LARGEST} m of the vehicle's origin")));
+        }
+        if !(horizon > 0.0 && horizon <= LONGEST) {
+            return Err(Error::new("horizon", format!("must be above 0 and at most {LONGEST} s, got {horizon}")));
+        }
+        Ok(SweptPath { outline, horizon, level })
+    }
+
+    /// The outline it was made with.
+    #[must_use]
+    pub fn outline(&self) -> Outline {
+        self.outline
+    }
+
+    /// How far ahead it looks, s.
+    #[must_use]
+    pub fn horizon(&self) -> f64 {
+        self.horizon
+    }
+
+    /// Whether a motion makes sense for this outline. Those that take a motion check it too.
+    ///
+    /// # Errors
+    /// When it does not.
+    pub fn check_motion(&self, motion: Motion) -> Result<(), Error> {
+        self.sweep(motion).map(|_| ())
+    }
+
+    /// The outline in one motion.
+    pub(crate) fn sweep(&self, motion: Motion) -> Result<Sweep, Error> {
+        Sweep::new(self.outline, self.horizon, motion)
+    }
+
+    /// Least time until one of the points of a row enters the outline, s; infinite when none does within the horizon,
+    /// `None` when there is no valid point.
+    ///
+    /// # Errors
+    /// When the motion makes no sense.
+    ///
+    /// # Panics
+    /// When there is no such row.
+    pub fn min<T: Real>(&self, points: &Points<'_, T>, row: usize, motion: Motion) -> Result<Option<f64>, Error> {
+        let sweep = self.sweep(motion)?;
+        let points = Planar(points.xyz(row));
+        let best = match points.dense() {
+            Some(points) => least(self.level, points, &sweep),
+            None => least(self.level, points, &sweep),
+        };
+        Ok((best.closes() || points.any_valid()).then_some(best.ttc))
+    }
+
+    /// The point of a row that is hit first, and everything that says why.
+    ///
+    /// # Errors
+    /// When the motion makes no sense.
+    ///
+    /// # Panics
+    /// When there is no such row.
+    pub fn nearest<T: Real>(&self, points: &Points<'_, T>, row: usize, motion: Motion) -> Result<NearestPoint, Error> {
+        let sweep = self.sweep(motion)?;
+        let points = Planar(points.xyz(row));
+        let (best, counts) = match points.dense() {
+            Some(points) => (least(self.level, points, &sweep), points.count(self.level, self.outline)),
+            None => (least(self.level, points, &sweep), points.count(self.level, self.outline)),
+        };
+        let index = if best.closes() {
+            Some(best.beam)
+        } else if counts.contact > 0 {
+            points.first_inside(&sweep)
+        } else {
+            None
+        };
+        let [x, y] = index.map_or([f64::NAN; 2], |index| points.point(index));
+        let Approach { clearance, closing_speed } = sweep.approach([x, y]);
+        Ok(NearestPoint { ttc: best.ttc, status: status(best, counts), index, x, y, clearance, closing_speed, counts })
+    }
+
+    /// Time until each point of a row enters the outline into `out`, and what it means into `status_out`.
+    ///
+    /// # Errors
+    /// When a length or the motion makes no sense.
+    ///
+    /// # Panics
+    /// When there is no such row.
+    pub fn per_point<'o, T: Real>(
+        &self,
+        points: &Points<'_, T>,
+        row: usize,
+        motion: Motion,
+        out: &mut ColumnMut<'o, T>,
+        status_out: Option<&mut ColumnMut<'o, u8>>,
+    ) -> Result<(), Error> {
+        let sweep = self.sweep(motion)?;
+        let points = Planar(points.xyz(row));
+        let n = points.len();
+        let lengths =
+            [("out", Some(out.len())), ("status_out", status_out.as_ref().map(|status_out| status_out.len()))];
+        for (argument, length) in lengths {
+            if let Some(got) = length.filter(|got| *got != n) {
+                return Err(Error::new(argument, format!("must have one entry for each of the {n} points, got {got}")));
+            }
+        }
+        match points.dense() {
+            Some(points) => each(self.level, points, &sweep, out, status_out),
+            None => each(self.level, points, &sweep, out, status_out),
+        }
+        Ok(())
+    }
+}
+
+fn status(best: Best, counts: Counts) -> Status {
+    if counts.contact > 0 {
+        Status::Contact
+    } else if best.closes() {
+        Status::Closing
+    } else if counts.valid > 0 {
+        Status::NotClosing
+    } else {
+        Status::NoData
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SweptPath;
+    use crate::Status;
+    use crate::cloud::Points;
+    use crate::column::{Column, ColumnMut, Table};
+    use crate::real::Real;
+    use crate::scan::{Motion, Outline};
+    use crate::simd::Level;
+
+    const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.4, y_right: -0.15, y_left: 0.15 };
+
+    fn plane<'a>(x: &'a [f32], y: &'a [f32]) -> Points<'a, f32> {
+        let table = |column| Table::new(Column::new(column));
+        Points::batch([table(x), table(y), table(x)]).unwrap()
+    }
+
+    #[test]
+    fn min_nearest_and_per_point_agree_at_every_level() {
+        let place = |i: u16| (f32::from(i * 37 % 501) / 50.0 - 5.0, f32::from(i * 101 % 499) / 50.0 - 5.0);
+        let (x, y): (Vec<f32>, Vec<f32>) = (0..200).map(place).unzip();
+        let points = plane(&x, &y);
+        for (speed, yaw_rate) in [(2.0, 0.0), (-2.0, 0.3), (0.0, 1.5), (3.0, 1e-16), (0.0, 0.0)] {
+            let motion = Motion { speed, yaw_rate, lateral_speed: 0.0 };
+            let mut said = vec![];
+            for level in Level::all() {
+                let path = SweptPath::new(CAR, 2.0, level).unwrap();
+                let mut times = [0.0_f32; 200];
+                path.per_point(&points, 0, motion, &mut ColumnMut::new(&mut times), None).unwrap();
+                let nearest = path.nearest(&points, 0, motion).unwrap();
+                assert_eq!(path.min(&points, 0, motion).unwrap(), Some(nearest.ttc));
+                assert_eq!(times.into_iter().fold(f32::INFINITY, f32::min), f32::of(nearest.ttc));
+                assert!(nearest.ttc.is_infinite() || times[nearest.index.unwrap()] == f32::of(nearest.ttc));
+                said.push((nearest.ttc.to_bits(), nearest.index));
+            }
+            assert!(said.iter().all(|each| *each == said[0]), "{said:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_refused() {
+        let path = SweptPath::new(CAR, 5.0, Level::BASELINE).unwrap();
+        let (x, y) = ([1.0_f32, 2.0], [0.0_f32; 2]);
+        let mut short = [0.0_f32; 1];
+        let out = &mut ColumnMut::new(&mut short);
+        assert_eq!(path.per_point(&plane(&x, &y), 0, Motion::default(), out, None).unwrap_err().argument, "out");
+        let spinning = Motion { yaw_rate: 4e8, ..Motion::default() };
+        assert_eq!(path.check_motion(spinning).unwrap_err().argument, "yaw_rate");
+        assert!(SweptPath::new(CAR, f64::INFINITY, Level::BASELINE).is_err());
+        assert!(SweptPath::new(Outline { x_front: 1e7, ..CAR }, 5.0, Level::BASELINE).is_err());
+        assert_eq!(path.nearest(&plane(&[], &[]), 0, Motion::default()).unwrap().status, Status::NoData);
+    }
+}

@@ -1,0 +1,195 @@
+//! Which beam's point is hit first: the swept path of [`crate::path`] over the beams of a scanner.
+
+use super::reading::Rules;
+use super::tables::{Exact, Tables};
+use super::vote::Best;
+use super::{Motion, Nearest, Range, ScanTtc, View};
+use crate::column::{Column, ColumnMut, Source};
+use crate::error::Error;
+use crate::lanes::{Lanes, window};
+use crate::path::{Frame, Sweep, SweptPath, each, entering, least};
+use crate::real::Real;
+use crate::status::Status;
+
+/// A scanner, and how far ahead to look. Beams, validity and limits are the scanner's, the outline is its vehicle's.
+#[derive(Clone, Debug)]
+pub struct ScanSweptPath {
+    scan: ScanTtc,
+    path: SweptPath,
+}
+
+impl ScanSweptPath {
+    /// The swept path of a scanner's vehicle.
+    ///
+    /// # Errors
+    /// When the scanner has no outline, or the horizon is no time.
+    pub fn new(scan: ScanTtc, horizon: f64) -> Result<Self, Error> {
+        let outline =
+            scan.settings.outline.ok_or_else(|| Error::new("scan", "must have an outline, which is what sweeps"))?;
+        let path = SweptPath::new(outline, horizon, scan.level)?;
+        Ok(ScanSweptPath { scan, path })
+    }
+
+    /// The scanner.
+    #[must_use]
+    pub fn scan(&self) -> &ScanTtc {
+        &self.scan
+    }
+
+    /// How far ahead it looks, s.
+    #[must_use]
+    pub fn horizon(&self) -> f64 {
+        self.path.horizon()
+    }
+
+    /// Least time until the point of a beam enters the outline, s; `None` when nothing valid was observed.
+    ///
+    /// # Errors
+    /// When the number of ranges or the motion makes no sense.
+    pub fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
+        let (view, sweep) = self.view(ranges, motion)?;
+        let (best, _) = view.first(&sweep);
+        Ok((best.closes() || view.observes()).then_some(best.ttc))
+    }
+
+    /// The beam whose point is hit first, and everything that says why.
+    ///
+    /// # Errors
+    /// When the number of ranges or the motion makes no sense.
+    pub fn nearest<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Nearest, Error> {
+        let (view, sweep) = self.view(ranges, motion)?;
+        let (best, supported) = view.first(&sweep);
+        Ok(self.scan.nearest_of(&view, best, supported))
+    }
+
+    /// Time until the point of each beam enters the outline into `out`, and what it means into `status_out`.
+    ///
+    /// # Errors
+    /// When a length or the motion makes no sense.
+    pub fn per_beam<'o, T: Range>(
+        &self,
+        ranges: Column<'_, T>,
+        motion: Motion,
+        out: &mut ColumnMut<'o, T>,
+        status_out: Option<&mut ColumnMut<'o, u8>>,
+    ) -> Result<(), Error> {
+        let (view, sweep) = self.view(ranges, motion)?;
+        self.scan.check_outputs(out, status_out.as_deref())?;
+        match ranges.dense() {
+            Some(ranges) => each(view.level, view.beams(ranges), &sweep, out, status_out),
+            None => each(view.level, view.beams(ranges), &sweep, out, status_out),
+        }
+        Ok(())
+    }
+
+    /// Whether a motion makes sense. Those that take a motion check it too.
+    ///
+    /// # Errors
+    /// When it does not.
+    pub fn check_motion(&self, motion: Motion) -> Result<(), Error> {
+        self.scan.check_motion(motion)?;
+        self.path.check_motion(motion)
+    }
+
+    fn view<'a, T: Range>(&'a self, ranges: Column<'a, T>, motion: Motion) -> Result<(View<'a, T>, Sweep), Error> {
+        Ok((self.scan.view(ranges, motion)?, self.path.sweep(motion)?))
+    }
+}
+
+impl<T: Real> View<'_, T> {
+    fn beams<S: Source<T>>(&self, ranges: S) -> Beams<'_, T, S> {
+        let super::Prepared { tables, rules } = self.prepared;
+        Beams { ranges, tables, rules, exact: self.exact, mount: (self.mount.x, self.mount.y) }
+    }
+
+    /// The deciding beam, and whether a vote (if one was asked for) confirmed it.
+    fn first(&self, sweep: &Sweep) -> (Best, bool) {
+        match self.ranges.dense() {
+            Some(ranges) => self.first_of(self.beams(ranges), sweep),
+            None => self.first_of(self.beams(self.ranges), sweep),
+        }
+    }
+
+    fn first_of<S: Source<T>>(&self, beams: Beams<'_, T, S>, sweep: &Sweep) -> (Best, bool) {
+        match self.minimum {
+            None => (least(self.level, beams, sweep), true),
+            Some(minimum) => self.elected(minimum, entering(self.level, beams, sweep)),
+        }
+    }
+}
+
+/// The beams of one scan, as points in the vehicle frame.
+#[derive(Clone, Copy)]
+struct Beams<'a, T, S> {
+    ranges: S,
+    tables: &'a Tables<T>,
+    rules: &'a Rules<T>,
+    exact: Exact<'a>,
+    mount: (f64, f64),
+}
+
+impl<T: Real, S: Source<T>> Beams<'_, T, S> {
+    #[inline(always)]
+    fn range(&self, beam: usize) -> f64 {
+        self.rules.usable(self.ranges.lanes::<1>(beam)[0]).wide()
+    }
+}
+
+impl<T: Real, S: Source<T>> Frame<T> for Beams<'_, T, S> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.ranges.len()
+    }
+
+    #[inline(always)]
+    fn lanes(&self, at: usize) -> [Lanes<T>; 2] {
+        let whole = at + crate::lanes::LANES <= self.len();
+        let ranges: Lanes<T> = if whole { self.ranges.lanes(at) } else { self.ranges.lanes_or(at, T::NAN) };
+        let (cos, sin) = (window(&self.tables.cos, at), window(&self.tables.sin, at));
+        let offset = window(&self.tables.offset, at);
+        let (x, y) = (T::of(self.mount.0), T::of(self.mount.1));
+        let range: Lanes<T> = std::array::from_fn(|lane| {
+            let usable = self.rules.usable(ranges[lane]);
+            if offset[lane] >= T::ZERO { usable } else { T::NAN }
+        });
+        [
+            std::array::from_fn(|lane| x + range[lane] * cos[lane]),
+            std::array::from_fn(|lane| y + range[lane] * sin[lane]),
+        ]
+    }
+
+    #[inline(always)]
+    fn error(&self, reach: f64) -> f64 {
+        T::SLACK.wide() * (reach + self.mount.0.abs() + self.mount.1.abs())
+    }
+
+    #[inline(always)]
+    fn point(&self, beam: usize) -> [f64; 2] {
+        let (range, Exact { beams, .. }) = (self.range(beam), self.exact);
+        if beams.ignores(beam) {
+            return [f64::NAN; 2];
+        }
+        [self.mount.0 + range * beams.cos[beam], self.mount.1 + range * beams.sin[beam]]
+    }
+
+    #[inline(always)]
+    fn touches(&self, beam: usize) -> bool {
+        // Of a sensor outside the outline, a reading of 0 is in contact with the sensor, which may be anywhere.
+        self.exact.beams.offset[beam] > 0.0 && self.exact.clearance(beam, self.range(beam)) <= 0.0
+    }
+
+    fn status(&self, beam: usize, _: &Sweep) -> Status {
+        let range = self.range(beam);
+        if self.exact.beams.ignores(beam) {
+            Status::NoData
+        } else if self.exact.clearance(beam, range) <= 0.0 {
+            Status::Contact
+        } else if !range.is_nan() {
+            Status::NotClosing
+        } else if self.rules.observed(self.ranges.lanes::<1>(beam)[0]) {
+            Status::Clear
+        } else {
+            Status::Invalid
+        }
+    }
+}
