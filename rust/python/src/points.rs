@@ -165,11 +165,7 @@ impl<'py> Frames<'py> {
             return Frames::of_columns(argument, arrays);
         }
         let array = array(argument, object)?;
-        if array.dtype().getattr(intern!(object.py(), "names"))?.is_none() {
-            Frames::of_rows(argument, array)
-        } else {
-            Frames::of_records(argument, &array)
-        }
+        if is_records(&array)? { Frames::of_records(argument, &array) } else { Frames::of_rows(argument, array) }
     }
 
     /// The points, for as long as the arrays are kept: a cloud in each row.
