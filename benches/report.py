@@ -38,7 +38,9 @@ PATH_LEGEND = "The scans above, as points or as they are. NumPy: arc tangents of
 TRACK_LEGEND = "Each is a tracker made and fed a hundred distances. NumPy: polyfit over the window, and no more."
 KINDS: tuple[tuple[str, str, Sequence[Case]], ...] = (
     ("Scans", SCAN_LEGEND, SCANS),
+    ("Range rates", RATE_LEGEND, RATES),
     ("Clouds", CLOUD_LEGEND, CLOUDS),
+    ("Swept paths", PATH_LEGEND, PATHS),
     ("Trackers", TRACK_LEGEND, TRACKS),
 )
 
@@ -47,12 +49,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Measure what the arguments ask for, and print it."""
     arguments = _parser().parse_args(argv)
     reports = []
-    for title, legend, every in (
-        ("Scans", SCAN_LEGEND, SCANS),
-        ("Range rates", RATE_LEGEND, RATES),
-        ("Clouds", CLOUD_LEGEND, CLOUDS),
-        ("Swept paths", PATH_LEGEND, PATHS),
-    ):
+    for title, legend, every in KINDS:
         if cases := [case for case in every if arguments.only in str(case)]:
             reports.append(side_by_side(title, LEGEND + legend, list(cases), arguments.rounds))
     if arguments.latency:

@@ -25,6 +25,8 @@ RESULTS = {
     "MinX",
     "Nearest",
     "NearestBatch",
+    "NearestPoint",
+    "NearestPointBatch",
     "RangeRateNearest",
     "NearestPoint",
     "NearestPointBatch",
