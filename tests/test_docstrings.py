@@ -28,8 +28,6 @@ RESULTS = {
     "NearestPoint",
     "NearestPointBatch",
     "RangeRateNearest",
-    "NearestPoint",
-    "NearestPointBatch",
     "RoadFit",
     "TrackedTTC",
 }
