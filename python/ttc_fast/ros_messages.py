@@ -39,6 +39,7 @@ class LaserScan(NamedTuple):
     stamp: int
     angle_min: float
     angle_increment: float
+    time_increment: float
     range_min: float
     range_max: float
     ranges: NDArray[np.float32]
@@ -176,14 +177,14 @@ def laser_scan(buffer: Any, start: int = 0, end: int | None = None, *, encoding:
     stamp, at = _header(buffer, start, end, encoding)
     if at + 32 > end:
         raise _short("LaserScan", at + 32 - start, end - start)
-    angle_min, _, increment, _, _, range_min, range_max, beams = encoding.scan.unpack_from(buffer, at)
+    angle_min, _, increment, between, _, range_min, range_max, beams = encoding.scan.unpack_from(buffer, at)
     at += 32
     if beams * 4 > end - at:
         raise MessageError(f"is cut short: {beams} ranges need {beams * 4} bytes, {end - at} are left")
     ranges = np.frombuffer(buffer, encoding.ranges, beams, at)
     if not encoding.native:
         ranges = ranges.astype(np.float32)
-    return LaserScan(stamp, angle_min, increment, range_min, range_max, ranges)
+    return LaserScan(stamp, angle_min, increment, between, range_min, range_max, ranges)
 
 
 def odometry(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> Odometry:
