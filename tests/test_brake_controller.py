@@ -337,7 +337,8 @@ def test_points() -> None:
     decision = controller.update(0.0, points=points, stamp=0.0, motion=Motion(4.0))
     assert decision.command is Command.BRAKE
     assert decision.sight is not None
-    assert (decision.sight.index, decision.sight.ttc) == (0, pytest.approx(0.5))
+    assert decision.sight.index == 0
+    assert decision.sight.ttc == pytest.approx(0.5)
 
 
 class TestState:

@@ -95,4 +95,5 @@ def touch(segments: Floats, outline: tuple[float, float, float, float]) -> NDArr
             inside = (at >= low) & (at <= high)
             enter = np.maximum(enter, np.where(way == 0.0, np.where(inside, 0.0, np.inf), np.minimum(one, other)))
             leave = np.minimum(leave, np.where(way == 0.0, np.where(inside, 1.0, -np.inf), np.maximum(one, other)))
-    return np.any(enter <= leave, axis=-1)
+    touched: NDArray[np.bool_] = np.any(enter <= leave, axis=-1)
+    return touched

@@ -211,9 +211,9 @@ class BrakeController:
         stamp = now if stamp is None else finite("motion.stamp", stamp)
         for name, value in (("speed", speed), ("yaw_rate", yaw_rate), ("lateral_speed", lateral_speed)):
             finite(f"motion.{name}", value)
-        known = self._memory.motion
-        if stamp <= now + CLOCK_TOLERANCE and (known is None or stamp >= known.stamp):
+        if self._memory.motion_at <= stamp <= now + CLOCK_TOLERANCE:
             self._memory.motion = Motion(speed, yaw_rate, lateral_speed, stamp)
+            self._memory.motion_at = stamp
 
     def _look(self, frame: Frame, commanded: Motion | float | None) -> None:
         """Judge a frame, count its votes, and begin or end braking."""
@@ -290,8 +290,7 @@ class BrakeController:
         return Motion(motion.speed * faster, motion.yaw_rate * faster, motion.lateral_speed * faster)
 
     def _fresh_motion(self, now: float) -> Motion | None:
-        motion = self._memory.motion
-        return motion if motion is not None and now - motion.stamp <= self._motion_timeout else None
+        return self._memory.motion if now - self._memory.motion_at <= self._motion_timeout else None
 
     def _watch(self, now: float) -> Reason | None:
         """Return why what was seen is not enough to be safe, if so."""

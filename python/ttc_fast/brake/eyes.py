@@ -110,7 +110,8 @@ class Eyes:
 
     def look_along(self, frame: Frame, motion: Motion) -> Scene:
         """Look at a frame as a vehicle that moves so."""
-        beams = path = seen = None
+        beams = path = None
+        seen: Any = None
         if frame.points is not None:
             seen = self._points_reader().nearest(frame.points, *motion[:3])
             path = self._on_the_way(

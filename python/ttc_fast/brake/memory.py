@@ -26,6 +26,8 @@ class Memory:
     """Of the newest frame that could be judged: something told the closing speed."""
     motion: Motion | None = None
     """The newest odometry."""
+    motion_at: float = -math.inf
+    """Of the newest odometry."""
     estimate: Estimate | None = None
     """The newest second opinion."""
 

@@ -65,7 +65,7 @@ class Sight(NamedTuple):
     source: Source
     ttc: float
     status: Status
-    index: int
+    index: int  # type: ignore[assignment]  # a tuple's own index() is not missed
     angle: float
     range: float
     clearance: float

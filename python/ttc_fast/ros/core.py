@@ -104,7 +104,8 @@ class BrakeNode:
         self._scan: ScanTTC | None = None
         self._scan_frame = settings.base_frame
         self._controller: BrakeController | None = None
-        self._path = SweptPath(settings.outline) if settings.outline else None
+        outline: Any = settings.outline
+        self._path = SweptPath(outline) if outline else None
         self._speed = 0.0
         self._motion: Motion | None = None
         self._latest: Decision | None = None

@@ -150,7 +150,7 @@ class NodeSettings:
         if self.outline:
             scan["outline"] = list(self.outline)
         settings = Configuration.of({"scan": scan, "brake": self.brake})
-        rates = {} if self.use_range_rate else None
+        rates: dict[str, Any] | None = {} if self.use_range_rate else None
         return Configuration(settings.scan, None, rates, self.criteria(), settings.brake)
 
     def criteria(self) -> tuple[Criterion, ...]:

@@ -92,7 +92,7 @@ fn views<'py, const N: usize>(
     for (i, Argument(name, _, value)) in arguments.iter().enumerate().filter(|(i, _)| arrays[*i]) {
         found[i] = Some(as_array(name, value)?);
     }
-    let mut shapes = found.iter().flatten().map(|array| array.shape());
+    let mut shapes = found.iter().flatten().map(PyUntypedArrayMethods::shape);
     let first = shapes.next().expect("there is an array");
     if shapes.any(|shape| shape != first) {
         broadcast(arguments[0].2.py(), &mut found)?;
