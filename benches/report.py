@@ -17,6 +17,7 @@ from benches.scans.cases import CASES as SCANS
 from benches.scans.rates import CASES as RATES
 from benches.table import Report, console, number, time_of
 from benches.timing import interleaved
+from benches.tracks.cases import CASES as TRACKS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +34,7 @@ SCAN_LEGEND = (
 RATE_LEGEND = "One scan after the other, each with its stamp, a room seen by a car that stands."
 CLOUD_LEGEND = f"Clouds: {street.SOURCE}. C++: one pass, then nth_element."
 PATH_LEGEND = "The scans above, as points or as they are. NumPy: arc tangents of all points, without their checks."
+TRACK_LEGEND = "Each is a tracker made and fed a hundred distances. NumPy: polyfit over the window, and no more."
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -44,6 +46,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         ("Range rates", RATE_LEGEND, RATES),
         ("Clouds", CLOUD_LEGEND, CLOUDS),
         ("Swept paths", PATH_LEGEND, PATHS),
+        ("Trackers", TRACK_LEGEND, TRACKS),
     ):
         if cases := [case for case in every if arguments.only in str(case)]:
             reports.append(side_by_side(title, LEGEND + legend, list(cases), arguments.rounds))

@@ -14,6 +14,7 @@ from benches.paths import cases as paths
 from benches.scans import jobs, rates
 from benches.scans.cases import TIES, WALL
 from benches.scans.cases import Case as Scan
+from benches.tracks import cases as tracks
 
 if TYPE_CHECKING:
     from benches.case import Case
@@ -44,7 +45,10 @@ _BATCH = Scan(jobs.MIN_BATCH, 1080, rows=1024)
 _RANDOM = next(case for case in clouds.ORDERS if case.order == "random order")
 _SINGLE, _LONG = Scan(jobs.MIN, 1080), Scan(jobs.MIN, 65_536)
 
+# A hundred updates take as long as three hundred scans of 1080 beams: a microsecond each, where that takes 0.33.
 GROUPS: list[list[Goal]] = [
+    [within(tracks.KALMAN, _SINGLE, 300, "ScanTTC.min, 1080 beams"), faster(tracks.KALMAN, "reference", 100)],
+    [within(tracks.LINE, _SINGLE, 300, "ScanTTC.min, 1080 beams"), faster(tracks.LINE, "NumPy", 100)],
     _least(271, 100, 9),
     _least(1080, 75, 14),
     _least(4096, 50, 20),

@@ -125,6 +125,22 @@ def test_formulae_name_their_source(name: str) -> None:
     assert "F1TENTH" in sections(PUBLIC[name])["Notes"]
 
 
+SOURCES = {
+    "ttc_constant_velocity": "Hayward",
+    "ttc_constant_acceleration": "Ozbay",
+    "time_headway": "Vogel",
+    "deceleration_to_avoid_crash": "Cooper",
+    "stopping_distance": "AASHTO",
+    "rss_longitudinal_distance": "Shalev-Shwartz",
+    "DistanceTracker": "Fieller",
+}
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_formulae_of_motion_name_theirs(name: str) -> None:
+    assert SOURCES[name] in sections(PUBLIC[name])["Notes"]
+
+
 @pytest.mark.parametrize(
     "name", [name for name, target in PUBLIC.items() if inspect.isclass(target) and not is_enum(target)]
 )

@@ -25,9 +25,9 @@ class Status(IntEnum):
     WARMING_UP
         Too few frames so far.
     LOST
-        The target was there and is not any more. For trackers; nothing here gives it yet.
+        The target was there and is not any more. Trackers give it.
     STALE
-        The newest data are too old. For trackers; nothing here gives it yet.
+        The newest data are too old. Trackers give it.
     NO_DATA
         Nothing valid was seen.
     INVALID

@@ -23,16 +23,25 @@ and for point clouds:
 - ``profile`` and ``alignment``: how a body moves, from all of its cells
 - ``cloud_tracker``: which body that is, as ``CloudTracker``
 
+and for motion:
+
+- ``motion``: the formulae of motion along a line
+- ``tracker``: closing speed and time-to-collision over several frames, as ``DistanceTracker``
+
 What has no arithmetic of its own (``Status``, ``Detection``, ``NoDataError``, the settings such as ``KthSmallest``,
-``Gate`` and ``Road``, ``from_pointcloud2``, the two sign helpers) is not written twice: those are the same objects as
-in ``ttc_fast``.
+``Gate``, ``Road`` and ``KalmanCA``, ``from_pointcloud2``, the two sign helpers) is not written twice: those are the
+same objects as in ``ttc_fast``.
 """
 
 from ttc_fast._core import (
     Alignment,
+    AlphaBeta,
     Cluster,
+    EstimatedNoise,
     Gate,
     InterquartileFence,
+    KalmanCA,
+    KalmanCV,
     KthSmallest,
     MeanOfLowest,
     Minimum,
@@ -40,31 +49,48 @@ from ttc_fast._core import (
     NoDataError,
     Quantile,
     Road,
+    SlidingLine,
+    SlidingParabola,
     Supported,
+    TheilSen,
 )
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.bare import ittc
 from ttc_fast.reference.cloud import MinX, robust_min_x
-from ttc_fast.reference.cloud_tracker import CloudTracker, TrackedTTC
+from ttc_fast.reference.cloud_tracker import CloudTracker
+from ttc_fast.reference.motion import (
+    deceleration_to_avoid_crash,
+    rss_longitudinal_distance,
+    stopping_distance,
+    time_headway,
+    ttc_constant_acceleration,
+    ttc_constant_velocity,
+)
 from ttc_fast.reference.path import ScanSweptPath, SweptPath
 from ttc_fast.reference.range_rate import RangeRate, RangeRateNearest
 from ttc_fast.reference.results import Counts, CountsBatch, Nearest, NearestBatch, NearestPoint, NearestPointBatch
 from ttc_fast.reference.road import RoadFit, fit_road
 from ttc_fast.reference.scan import ScanTTC
 from ttc_fast.reference.shrinking import CloudTTC, ttc_from_clouds, ttc_from_distances
+from ttc_fast.reference.tracker import DistanceTracker, TrackedTTC
 from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_target_velocity
 from ttc_fast.status import Detection, RoadStatus, Status
 
 __all__ = [
     "Alignment",
+    "AlphaBeta",
     "CloudTTC",
     "CloudTracker",
     "Cluster",
     "Counts",
     "CountsBatch",
     "Detection",
+    "DistanceTracker",
+    "EstimatedNoise",
     "Gate",
     "InterquartileFence",
+    "KalmanCA",
+    "KalmanCV",
     "KthSmallest",
     "MeanOfLowest",
     "MinX",
@@ -83,16 +109,25 @@ __all__ = [
     "RoadStatus",
     "ScanSweptPath",
     "ScanTTC",
+    "SlidingLine",
+    "SlidingParabola",
     "Status",
     "Supported",
     "SweptPath",
+    "TheilSen",
     "TrackedTTC",
     "closing_speed_from_ego_velocity",
+    "deceleration_to_avoid_crash",
     "fit_road",
     "from_pointcloud2",
     "ittc",
     "range_rate_from_target_velocity",
     "robust_min_x",
+    "rss_longitudinal_distance",
+    "stopping_distance",
+    "time_headway",
+    "ttc_constant_acceleration",
+    "ttc_constant_velocity",
     "ttc_from_clouds",
     "ttc_from_distances",
 ]

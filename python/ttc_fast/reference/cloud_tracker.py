@@ -16,6 +16,7 @@ from ttc_fast.reference.estimators import checked_estimator
 from ttc_fast.reference.gate import candidates, checked_gate
 from ttc_fast.reference.points import cloud
 from ttc_fast.reference.profile import Profile, profile
+from ttc_fast.reference.tracker.answer import TrackedTTC
 from ttc_fast.status import Detection, Status
 
 if TYPE_CHECKING:
@@ -32,24 +33,6 @@ HARDEST = 20.0
 """Closing speeds don't change faster, m/s^2."""
 NINE_TENTHS = 1.645
 """Of a normal distribution, nine tenths are within so many standard deviations."""
-
-
-@dataclass(frozen=True)
-class TrackedTTC:
-    """Time-to-collision of the body ahead, and what is known of it."""
-
-    ttc: float
-    """s, in [0, inf]; inf where nothing closes or too little is known."""
-    ttc_interval: tuple[float, float] | None
-    """The truth is in here nine times of ten, s."""
-    distance: float
-    """From the bumper, m. inf when clear, NaN where nothing is known."""
-    closing_speed: float
-    """m/s, positive when approaching; NaN where it is not known."""
-    closing_speed_interval: tuple[float, float] | None
-    """The truth is in here nine times of ten, m/s."""
-    status: Status
-    """What it means."""
 
 
 @dataclass

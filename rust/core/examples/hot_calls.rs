@@ -13,11 +13,12 @@ use ttc_fast_core::real::Real;
 use ttc_fast_core::scan::range_rate::{Outputs, RangeRate, RateSettings};
 use ttc_fast_core::scan::{Motion, Mount, Outline, Range, ScanSweptPath, ScanTtc, Settings};
 use ttc_fast_core::simd::Level;
+use ttc_fast_core::tracker::{self, DistanceTracker, Method};
 
 /// A name, and what makes the call a number of times.
 type Call = (&'static str, fn(usize));
 
-const CALLS: [Call; 15] = [
+const CALLS: [Call; 17] = [
     ("ScanTTC.min, straight", |times| min::<f32>(STRAIGHT, times)),
     ("ScanTTC.min, turning", |times| min::<f32>(TURNING, times)),
     ("ScanTTC.min, float64", |times| min::<f64>(STRAIGHT, times)),
@@ -32,6 +33,8 @@ const CALLS: [Call; 15] = [
     ("KthSmallest, packed records", |times| nearest_ahead(KTH_SMALLEST, 22, times)),
     ("Quantile", |times| nearest_ahead(Estimator::Quantile(0.05), 16, times)),
     ("Supported", |times| nearest_ahead(Estimator::Supported { points: 20, gap: 0.2 }, 16, times)),
+    ("DistanceTracker.update", |times| track(tracker::Settings::default().method, times)),
+    ("DistanceTracker.update, SlidingLine", |times| track(SLIDING_LINE, times)),
     ("Cluster", |times| nearest_ahead(Estimator::Cluster { tolerance: 0.5, min_points: 20 }, 16, times)),
 ];
 
@@ -48,6 +51,7 @@ const TURNING: Motion = Motion { speed: 5.0, yaw_rate: 0.8, lateral_speed: 0.0 }
 const RINGS: usize = 32;
 const AZIMUTHS: usize = 640;
 const SENSOR_HEIGHT: f64 = 1.7;
+const SLIDING_LINE: Method = Method::SlidingLine { window: 0.5, acceleration: 1.0 };
 const KTH_SMALLEST: Estimator = Estimator::KthSmallest(20);
 
 fn main() {
@@ -167,6 +171,17 @@ fn nearest_ahead(estimator: Estimator, record: usize, times: usize) {
         let found = robust_min_x(points(records, record), &gate, estimator, avx2(), 1).expect("the gate makes sense");
         assert_eq!(found.detection, Detection::Found);
     });
+}
+
+fn track(method: Method, times: usize) {
+    let mut tracker = DistanceTracker::new(tracker::Settings { method, ..Default::default() }).expect("defaults");
+    let mut random = Random(2028);
+    for frame in 0..times {
+        let stamp = 0.1 * frame as f64;
+        let distance = 30.0 + 10.0 * (0.2 * stamp).sin() + 0.05 * (random.next() - 0.5);
+        let seen = tracker.update(black_box(distance), stamp, None).expect("there is no noise to be wrong");
+        assert!(seen.distance > 19.0);
+    }
 }
 
 /// Makes `call` on one frame after the other, `times` times in all.

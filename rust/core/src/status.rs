@@ -26,3 +26,19 @@ pub enum Status {
     /// The input makes no sense.
     Invalid = 9,
 }
+
+impl Status {
+    /// All of them, by value.
+    pub const ALL: [Status; 10] = [
+        Status::Clear,
+        Status::NotClosing,
+        Status::Closing,
+        Status::Contact,
+        Status::TooFew,
+        Status::WarmingUp,
+        Status::Lost,
+        Status::Stale,
+        Status::NoData,
+        Status::Invalid,
+    ];
+}

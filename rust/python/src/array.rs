@@ -119,6 +119,11 @@ impl<'py> Floats<'py> {
         }
     }
 
+    /// The array itself.
+    pub fn array(&self) -> &Array<'py> {
+        &self.array
+    }
+
     /// Its shape.
     pub fn shape(&self) -> &[usize] {
         self.array.shape()

@@ -1,9 +1,9 @@
 //! Questions about scans, whoever answers them: one scan or a batch, of either type of number.
 
 use crate::array::{Floats, Numbers, as_array, outputs};
+use crate::ego_motion::{MotionArguments, Motions};
 use crate::errors::{no_data, value_error, value_error_in_row};
 use crate::gil::release;
-use crate::motion::{MotionArguments, Motions};
 use crate::nearest::{Nearest, NearestBatch};
 use numpy::{PyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;

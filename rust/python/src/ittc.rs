@@ -3,7 +3,7 @@
 use crate::array::{Floats, Numbers, as_array, outputs};
 use crate::errors::value_error;
 use crate::gil::release;
-use crate::{level, motion};
+use crate::{level, number};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use ttc_fast_core::column::{ColumnMut, Table, TableMut};
@@ -82,7 +82,7 @@ pub fn ittc<'py>(
         Rate::RangeRate(speeds) => ("range_rate", *speeds),
     };
     let array = as_array("ranges", ranges)?;
-    let number = motion::number(name, speeds).ok();
+    let number = number::number(name, speeds).ok();
     let ranges = Floats::view("ranges", array)?;
     let speeds = match number {
         Some(speed) => Speed::same(name, speed, &ranges)?,

@@ -8,6 +8,8 @@ mod axes;
 mod beams;
 mod cloud;
 mod cloud_tracker;
+mod ego_motion;
+mod elementwise;
 mod enums;
 mod errors;
 mod estimator;
@@ -19,13 +21,16 @@ mod minimum;
 mod motion;
 mod nearest;
 mod nearest_point;
+mod number;
 mod path;
 mod points;
 mod range_rate;
 mod road;
 mod scan;
 mod scan_path;
+mod settings_object;
 mod tracked;
+mod tracker;
 
 use pyo3::prelude::*;
 
@@ -68,6 +73,24 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(cloud::robust_min_x, m)?)?;
     m.add_function(wrap_pyfunction!(cloud::ttc_from_distances, m)?)?;
     m.add_function(wrap_pyfunction!(cloud::ttc_from_clouds, m)?)?;
+    for name in [
+        wrap_pyfunction!(motion::ttc_constant_velocity, m)?,
+        wrap_pyfunction!(motion::ttc_constant_acceleration, m)?,
+        wrap_pyfunction!(motion::time_headway, m)?,
+        wrap_pyfunction!(motion::deceleration_to_avoid_crash, m)?,
+        wrap_pyfunction!(motion::stopping_distance, m)?,
+        wrap_pyfunction!(motion::rss_longitudinal_distance, m)?,
+    ] {
+        m.add_function(name)?;
+    }
+    m.add_class::<tracker::SlidingLine>()?;
+    m.add_class::<tracker::SlidingParabola>()?;
+    m.add_class::<tracker::TheilSen>()?;
+    m.add_class::<tracker::AlphaBeta>()?;
+    m.add_class::<tracker::KalmanCV>()?;
+    m.add_class::<tracker::KalmanCA>()?;
+    m.add_class::<tracker::EstimatedNoise>()?;
+    m.add_class::<tracker::DistanceTracker>()?;
     Ok(())
 }
 

@@ -1,10 +1,10 @@
 //! `SweptPath`.
 
 use crate::array::{empty, output_apart, refuse_same_memory};
+use crate::ego_motion::{MotionArguments, Motions};
 use crate::errors::{check_no_data, no_data, value_error, value_error_in_row};
 use crate::gil::release;
 use crate::level;
-use crate::motion::{MotionArguments, Motions};
 use crate::nearest_point::{NearestPoint, NearestPointBatch};
 use crate::points::{AnyPoints, Frames};
 use numpy::PyArray1;

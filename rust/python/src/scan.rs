@@ -1,10 +1,10 @@
 //! `ScanTTC`.
 
 use crate::beams::Asked;
+use crate::ego_motion::MotionArguments;
 use crate::errors::value_error;
 use crate::level;
 use crate::minimum::minimum;
-use crate::motion::MotionArguments;
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

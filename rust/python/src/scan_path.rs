@@ -2,8 +2,8 @@
 
 use crate::array::type_name;
 use crate::beams::Asked;
+use crate::ego_motion::MotionArguments;
 use crate::errors::value_error;
-use crate::motion::MotionArguments;
 use crate::scan::ScanTTC;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

@@ -4,22 +4,23 @@ use crate::enums;
 use pyo3::prelude::*;
 use ttc_fast_core::tracker::TrackedTtc;
 
-/// Time-to-collision of the body ahead, and what is known of it.
+/// Time-to-collision over several frames, and what it rests on.
 ///
 /// Attributes
 /// ----------
 /// ttc : float
-///     s, in [0, inf]; inf where nothing closes or too little is known.
+///     ``distance / closing_speed``, s, in [0, inf]; inf where nothing closes or too little is known.
 /// ttc_interval : tuple of float or None
-///     The truth is in here nine times of ten, s; the upper end may be inf. None where ``closing_speed_interval`` is.
+///     The truth is in here nine times of ten, s; the upper end is inf where the gap may not be closing. None where
+///     ``closing_speed_interval`` is.
 /// distance : float
-///     From the bumper, m. inf when clear, NaN where nothing is known.
+///     Distance to contact, m. inf when clear, NaN where nothing is known.
 /// closing_speed : float
 ///     m/s, positive when approaching; NaN where it is not known.
 /// closing_speed_interval : tuple of float or None
-///     The truth is in here nine times of ten, m/s. None while warming up, and where the body was not seen.
+///     The truth is in here nine times of ten, m/s. None while warming up, and where there is no target.
 /// status : Status
-///     What it means.
+///     What it means; ``update`` of each tracker says when it gives which.
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct TrackedTTC(pub TrackedTtc);
 

@@ -38,6 +38,9 @@ impl TrackedTtc {
     pub(super) fn new(posterior: Posterior, quantile: f64, closes: bool) -> Self {
         let Posterior { distance, closing_speed, vv, .. } = posterior;
         let half = quantile * vv.sqrt();
+        if !(half.is_finite() && distance.is_finite() && closing_speed.is_finite()) {
+            return TrackedTtc::nothing(Status::Invalid, f64::NAN); // beyond what numbers can hold
+        }
         let (ttc, status) = if distance <= 0.0 {
             (if closing_speed > 0.0 { 0.0 } else { f64::INFINITY }, Status::Contact)
         } else if closes {
@@ -65,7 +68,7 @@ impl TrackedTtc {
 ///
 /// That is `g T^2 - 2 b T + c <= 0`, with g below 0 where the closing speed may be 0: the times then have no upper end.
 fn ratio_interval(posterior: Posterior, quantile: f64) -> [f64; 2] {
-    let Posterior { distance, closing_speed, dd, dv, vv } = posterior;
+    let Posterior { distance, closing_speed, dd, dv, vv, .. } = posterior;
     let squared = quantile * quantile;
     let g = closing_speed * closing_speed - squared * vv;
     let b = distance * closing_speed - squared * dv;
@@ -91,7 +94,7 @@ mod tests {
     use crate::tracker::filter::Posterior;
 
     fn posterior(distance: f64, closing_speed: f64, vv: f64) -> Posterior {
-        Posterior { distance, closing_speed, dd: 0.01, dv: 0.0, vv }
+        Posterior { distance, closing_speed, dd: 0.01, dv: 0.0, vv, lag: 0.0 }
     }
 
     #[test]

@@ -30,12 +30,14 @@ pub(super) struct Posterior {
     pub dv: f64,
     /// Variance of the closing speed.
     pub vv: f64,
+    /// The part of `dd` that allows for motion which the method does not follow, rather than for noise.
+    pub lag: f64,
 }
 
 impl Posterior {
     /// The same with every standard deviation multiplied by the root of `factor`.
     pub(super) fn widened(self, factor: f64) -> Self {
-        Posterior { dd: self.dd * factor, dv: self.dv * factor, vv: self.vv * factor, ..self }
+        Posterior { dd: self.dd * factor, dv: self.dv * factor, vv: self.vv * factor, lag: self.lag * factor, ..self }
     }
 }
 

@@ -10,6 +10,8 @@ mod filter;
 mod noise;
 mod recursive;
 mod settings;
+mod standing;
+mod state;
 mod targets;
 mod theil_sen;
 mod track;

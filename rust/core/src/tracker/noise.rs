@@ -2,8 +2,11 @@
 
 use super::settings::Noise;
 
-/// Surprises count as at most so many standard deviations: an outlier is a sign of noise, but no measure of it.
-const CLIP: f64 = 3.0;
+/// A surprise as it counts, in standard deviations: an outlier is a sign of noise, but no measure of it.
+pub(super) fn clipped(surprise: f64) -> f64 {
+    surprise.clamp(-2.5, 2.5)
+}
+
 /// What the first estimate weighs, frames.
 const PRIOR: f64 = 3.0;
 /// An estimate never falls below this part of its start: perfect distances are simulated ones.
@@ -47,8 +50,7 @@ impl NoiseLevel {
     pub(super) fn learn(&mut self, surprise: f64) {
         if let Noise::Estimated { frames, .. } = self.noise {
             let kept = 1.0 - 1.0 / frames;
-            let clipped = surprise.clamp(-CLIP, CLIP);
-            self.sum = self.sum * kept + clipped * clipped * self.variance();
+            self.sum = self.sum * kept + clipped(surprise).powi(2) * self.variance();
             self.weight = self.weight * kept + 1.0;
         }
     }
@@ -66,7 +68,7 @@ impl Whiteness {
     /// Frames that it is remembered for.
     const FRAMES: f64 = 30.0;
     /// What white noise weighs at first, frames.
-    const PRIOR: f64 = 5.0;
+    const PRIOR: f64 = 10.0;
     /// No surprises are taken to be more alike than this.
     const MOST: f64 = 0.9;
 
@@ -76,7 +78,7 @@ impl Whiteness {
 
     pub(super) fn learn(&mut self, surprise: f64) {
         let kept = 1.0 - 1.0 / Self::FRAMES;
-        let clipped = surprise.clamp(-CLIP, CLIP);
+        let clipped = clipped(surprise);
         self.products = self.products * kept + clipped * self.last;
         self.squares = self.squares * kept + clipped * clipped;
         self.last = clipped;

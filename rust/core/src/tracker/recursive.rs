@@ -121,7 +121,9 @@ impl Recursive {
     }
 
     pub(super) fn at(&self, stamp: f64) -> Posterior {
-        let State { mean: [distance, closing_speed, _], covariance: [dd, dv, _, vv, _, _] } = self.moved(stamp);
-        Posterior { distance, closing_speed, dd, dv, vv }
+        let State { mean: [distance, closing_speed, _], covariance: [dd, dv, da, vv, _, aa] } = self.moved(stamp);
+        // With gains that do not depend on it, an acceleration that is only allowed for adds a square to the covariance.
+        let lag = if self.model.memory.is_some() && aa > 0.0 { da * da / aa } else { 0.0 };
+        Posterior { distance, closing_speed, dd, dv, vv, lag }
     }
 }

@@ -88,9 +88,9 @@ const LONGEST: f64 = 60.0;
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            method: Method::KalmanCa { jerk: 2.0, acceleration: 3.0 },
+            method: Method::KalmanCa { jerk: 1.5, acceleration: 3.0 },
             noise: Noise::Estimated { start: 0.03, frames: 30.0 },
-            gate: 5.0,
+            gate: 4.0,
             jump: 1.0,
             confirm: 3,
             max_gap: 1.0,

@@ -12,9 +12,6 @@ use super::track::{Surprise, Track};
 use crate::error::Error;
 use crate::status::Status;
 
-/// A gap counts as shrinking only if it does so by this many standard deviations: a standing car is in front for hours.
-const SIGNIFICANT: f64 = 5.0;
-
 /// Follows the distance of the nearest target over several frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceTracker {
@@ -184,7 +181,8 @@ impl DistanceTracker {
             return TrackedTtc::nothing(Status::WarmingUp, track.last.distance);
         };
         let quantile = if track.last.own { super::noise::NORMAL } else { self.noise.quantile() };
-        let closes = posterior.closing_speed > self.settings.min_closing_speed && track.shrinks_by() > SIGNIFICANT;
+        let closes = posterior.closing_speed > self.settings.min_closing_speed
+            && track.standing.closes(&posterior, quantile, track.whiteness.factor());
         TrackedTtc::new(posterior, quantile, closes)
     }
 }
@@ -212,7 +210,7 @@ mod tests {
         Method::TheilSen { window: 0.5, acceleration: 0.5 },
         Method::AlphaBeta { memory: 0.2, acceleration: 0.5 },
         Method::KalmanCv { acceleration: 1.0 },
-        Method::KalmanCa { jerk: 2.0, acceleration: 3.0 },
+        Method::KalmanCa { jerk: 1.5, acceleration: 3.0 },
     ];
 
     fn tracker(method: Method) -> DistanceTracker {
@@ -304,6 +302,22 @@ mod tests {
             let mut tracker = DistanceTracker::new(Settings { method, ..Settings::default() }).unwrap();
             let answers = feed(&mut tracker, 0, (0..100).map(noisy));
             assert!(answers[60..].iter().all(|answer| answer.ttc_interval.is_some()), "{method:?}");
+        }
+    }
+
+    #[test]
+    fn a_tracker_goes_on_from_its_numbers() {
+        let distances = |from: u32| (from..from + 12).map(|i| 30.0 - 0.4 * f64::from(i) + f64::from(i * 7 % 5) * 0.01);
+        for method in METHODS {
+            let mut tracker = tracker(method);
+            feed(&mut tracker, 0, distances(0));
+            feed(&mut tracker, 12, [3.0, f64::NAN]);
+            let numbers = tracker.numbers();
+            let mut copy = DistanceTracker::from_numbers(*tracker.settings(), &numbers).unwrap();
+            assert_eq!(feed(&mut copy, 14, distances(14)), feed(&mut tracker, 14, distances(14)));
+            for cut in 0..numbers.len() {
+                assert!(DistanceTracker::from_numbers(*tracker.settings(), &numbers[..cut]).is_err());
+            }
         }
     }
 

@@ -33,6 +33,7 @@ pub(super) fn median_line(frames: &[Measured], stamp: f64, variance: f64, accele
         dd: of_centre + centre * centre * of_slope + missed_d * missed_d,
         dv: centre * of_slope + missed_d * missed_v,
         vv: of_slope + missed_v * missed_v,
+        lag: missed_d * missed_d,
     }
 }
 

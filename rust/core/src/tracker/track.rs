@@ -2,17 +2,13 @@
 
 use super::filter::{Filter, Measured, Posterior};
 use super::noise::{NoiseLevel, Whiteness};
-use super::recursive::{Model, Recursive};
 use super::settings::{Method, Settings};
-
-/// Memory of the line that tells a standing target from one that comes closer, s.
-const STANDING_MEMORY: f64 = 0.4;
+use super::standing::Standing;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Track {
     pub(super) filter: Filter,
-    /// A line with fading memory. It has fewer freedoms than most filters, so that it tells earlier whether a gap shrinks.
-    pub(super) standing: Recursive,
+    pub(super) standing: Standing,
     pub(super) whiteness: Whiteness,
     pub(super) last: Measured,
     /// Frames in a row that were its own.
@@ -23,18 +19,16 @@ pub(super) struct Track {
 pub(super) struct Surprise {
     /// Measured less expected, m.
     pub miss: f64,
-    /// Its standard deviations, if there is an expectation; None after a single frame.
+    /// In standard deviations of the noise alone, so that a lag is a surprise too; None after a single frame.
     pub deviations: Option<f64>,
     pub fits: bool,
 }
 
 impl Track {
     pub(super) fn empty(method: Method) -> Self {
-        let line =
-            Model { speed_wander: 0.0, acceleration_wander: 0.0, acceleration: 0.0, memory: Some(STANDING_MEMORY) };
         Track {
             filter: Filter::new(method),
-            standing: Recursive::new(line),
+            standing: Standing::new(),
             whiteness: Whiteness::new(),
             last: Measured { stamp: 0.0, distance: 0.0, variance: 1.0, own: false },
             run: 0,
@@ -59,7 +53,7 @@ impl Track {
             return Surprise { miss, deviations: None, fits: miss.abs() <= farthest };
         };
         let miss = new.distance - expected.distance;
-        let deviations = miss / (expected.dd + new.variance).sqrt();
+        let deviations = miss / (expected.dd - expected.lag + new.variance).sqrt();
         let wide = (expected.dd * self.whiteness.factor() + new.variance).sqrt();
         Surprise { miss, deviations: Some(deviations), fits: miss.abs() <= settings.gate * wide }
     }
@@ -85,11 +79,5 @@ impl Track {
             return None;
         }
         Some(self.filter.at(stamp, noise.variance())?.widened(self.whiteness.factor()))
-    }
-
-    /// By how many standard deviations the gap shrinks, if a line is all that there is.
-    pub(super) fn shrinks_by(&self) -> f64 {
-        let line = self.standing.at(self.standing.stamp);
-        line.closing_speed / (line.vv * self.whiteness.factor()).sqrt()
     }
 }

@@ -12,7 +12,7 @@ pub(super) enum Fit {
 }
 
 /// No more frames than this are remembered, however long the window.
-const MOST: usize = 512;
+pub(super) const MOST: usize = 512;
 /// A median of all pairs takes time quadratic in the frames.
 const MOST_OF_PAIRS: usize = 64;
 
@@ -97,6 +97,7 @@ impl Window {
             dd: inverse[0][0] + missed_d * missed_d,
             dv: -inverse[0][1] / scale + missed_d * missed_v,
             vv: inverse[1][1] / (scale * scale) + missed_v * missed_v,
+            lag: missed_d * missed_d,
         }
     }
 }

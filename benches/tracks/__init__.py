@@ -1,0 +1,1 @@
+"""Trackers: an approach is a list of distances and their stamps."""

@@ -1,0 +1,74 @@
+"""From a posterior of distance and closing speed to a time-to-collision with its interval."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ttc_fast.status import Status
+
+if TYPE_CHECKING:
+    from ttc_fast.reference.tracker.filters import Posterior
+
+
+@dataclass(frozen=True)
+class TrackedTTC:
+    """Time-to-collision over several frames, and what it rests on. Intervals hold 90 %."""
+
+    ttc: float
+    """s, in [0, inf]; inf where nothing closes or too little is known."""
+    ttc_interval: tuple[float, float] | None
+    """Lower and upper end, s; the upper one is inf where the gap may not be closing."""
+    distance: float
+    """Distance to contact, m. NaN without a target, inf when clear."""
+    closing_speed: float
+    """m/s, positive when approaching. NaN while warming up and without a target."""
+    closing_speed_interval: tuple[float, float] | None
+    """Lower and upper end, m/s."""
+    status: Status
+    """What it means."""
+
+
+def nothing(status: Status, distance: float) -> TrackedTTC:
+    """Nothing to go by."""
+    return TrackedTTC(math.inf, None, distance, math.nan, None, status)
+
+
+def answer(posterior: Posterior, quantile: float, closes: bool) -> TrackedTTC:
+    """Say what a posterior means; ``closes``: whether the closing speed counts as one."""
+    distance, speed = (float(value) for value in posterior.mean)
+    half = quantile * math.sqrt(posterior.covariance[1, 1])
+    if not np.isfinite([half, distance, speed]).all():
+        return nothing(Status.INVALID, math.nan)
+    if distance <= 0:
+        ttc, status = (0.0 if speed > 0 else math.inf), Status.CONTACT
+    elif closes:
+        ttc, status = distance / speed, Status.CLOSING
+    else:
+        ttc, status = math.inf, Status.NOT_CLOSING
+    low, high = ratio_interval(posterior, quantile)
+    return TrackedTTC(ttc, (min(low, ttc), max(high, ttc)), distance, speed, (speed - half, speed + half), status)
+
+
+def ratio_interval(posterior: Posterior, quantile: float) -> tuple[float, float]:
+    """All ``T >= 0`` with ``distance - T speed`` within ``quantile`` standard deviations of 0 (Fieller 1954).
+
+    That is ``g T^2 - 2 b T + c <= 0``. Where ``g`` is below 0, the closing speed may be 0, and there is no upper end.
+    """
+    outer = np.outer(posterior.mean, posterior.mean) - quantile**2 * posterior.covariance
+    c, b, g = float(outer[0, 0]), float(outer[0, 1]), float(outer[1, 1])
+    if posterior.mean[0] <= 0:
+        c = 0.0
+    root = math.sqrt(max(b * b - g * c, 0.0))
+    if c <= 0:
+        low = 0.0
+    elif b > 0:
+        low = c / (b + root)
+    elif g < 0:
+        low = (b - root) / g
+    else:
+        low = math.inf  # certainly opening
+    return low, (b + root) / g if g > 0 and b + root > 0 else math.inf

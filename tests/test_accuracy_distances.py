@@ -1,0 +1,61 @@
+"""How often the truth lies inside the intervals, and that nothing is made of standing cars."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import ttc_fast
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+distances = pytest.importorskip("benches.accuracy.distances", reason="needs the benchmarks of the checkout")
+approaches = pytest.importorskip("benches.accuracy.approaches", reason="needs the benchmarks of the checkout")
+
+COUNT = 40
+
+every_method = pytest.mark.parametrize("method", distances.METHODS, ids=repr)
+
+
+def share(score: Any) -> tuple[float, float]:
+    return float(np.mean(score.speeds)), float(np.mean(score.times))
+
+
+@pytest.mark.parametrize("noise", [None, 0.03])
+@pytest.mark.parametrize("kind", approaches.KINDS)
+def test_the_default_holds_the_truth_in_about_nine_of_ten_frames(kind: str, noise: float | None) -> None:
+    """Each kind of motion by itself. Where the gap opens the true TTC is inf, which most intervals hold."""
+    speeds, times = share(distances.scored(ttc_fast.KalmanCA(), approaches.simulated(kind, COUNT), noise))
+    assert 0.86 <= speeds <= 0.97
+    assert 0.86 <= times <= 0.99
+
+
+@every_method
+def test_every_method_holds_it_over_all_motions(method: Any) -> None:
+    every = (each for kind in approaches.KINDS for each in approaches.simulated(kind, COUNT // 2))
+    score = distances.scored(method, every)
+    assert 0.85 <= share(score)[0] <= 0.98
+    assert score.wrong == 0
+    assert score.missed <= 0.03 * score.soon
+
+
+@every_method
+@pytest.mark.parametrize("rate", [10.0, 25.0])
+def test_a_standing_car_has_no_ttc(method: Any, rate: float) -> None:
+    score = distances.scored(method, approaches.standing(COUNT, rate))
+    assert min(score.ttcs) >= 20.0
+
+
+@every_method
+def test_labelled_lead_vehicles(method: Any, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TTC_FAST_DATA", str(data))
+    score = distances.scored(method, dict(approaches.labelled()).values())
+    assert len(score.speeds) > 500
+    speeds, times = share(score)
+    assert speeds >= 0.85
+    assert times >= 0.85
+    assert score.wrong == 0
+    assert score.missed == 0

@@ -1,0 +1,74 @@
+"""The tracker against the NumPy reference, frame by frame: the same statuses, and numbers equal but for rounding."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+
+import ttc_fast
+from ttc_fast import reference
+
+METHODS = [
+    ttc_fast.KalmanCA(),
+    ttc_fast.KalmanCA(jerk=10.0, acceleration=0.5),
+    ttc_fast.KalmanCV(),
+    ttc_fast.SlidingLine(),
+    ttc_fast.SlidingLine(window=2.0, acceleration=0.0),
+    ttc_fast.SlidingParabola(),
+    ttc_fast.SlidingParabola(window=0.2, jerk=5.0),
+    ttc_fast.TheilSen(),
+    ttc_fast.AlphaBeta(),
+    ttc_fast.AlphaBeta(memory=1.0, acceleration=0.0),
+]
+NUMBERS = ["ttc", "ttc_interval", "distance", "closing_speed", "closing_speed_interval"]
+
+
+def history(seed: int, frames: int) -> list[tuple[Any, float, float | None]]:
+    """An approach with everything in it that a tracker may meet: gaps, repeats, jumps, flickers, nonsense."""
+    rng = np.random.default_rng(seed)
+    stamp, distance, speed = float(rng.choice([0.0, 1.7e9, -50.0])), rng.uniform(2, 60), rng.uniform(-5, 15)
+    out: list[tuple[Any, float, float | None]] = []
+    for _ in range(frames):
+        step = float(rng.choice([0.1, 0.05, 0.11, 0.0, -0.2, 1.5, 0.6], p=[0.6, 0.12, 0.2, 0.04, 0.01, 0.01, 0.02]))
+        stamp, distance, speed = stamp + step, distance - speed * step, speed + rng.normal(0, 0.2)
+        if rng.random() < 0.03:
+            distance = rng.uniform(0.5, 60)
+        measured: Any = distance + rng.normal(0, 0.03)
+        if rng.random() < 0.04:
+            measured += rng.uniform(-8, 8) * rng.choice([0.05, 1.0])
+        if rng.random() < 0.04:
+            measured = rng.choice([math.nan, math.inf, -math.inf])
+        out.append((measured, stamp, float(rng.uniform(0.01, 0.2)) if rng.random() < 0.1 else None))
+    return out
+
+
+def alike(kernel: Any, specified: Any) -> bool:
+    if kernel is None or specified is None:
+        return kernel is specified
+    if isinstance(kernel, tuple):
+        return all(map(alike, kernel, specified))
+    if math.isnan(kernel) or math.isinf(kernel):
+        return kernel == specified or (math.isnan(kernel) and math.isnan(specified))
+    return math.isclose(kernel, specified, rel_tol=1e-7, abs_tol=1e-7)
+
+
+@hypothesis_settings(max_examples=150, deadline=None)
+@given(
+    seed=st.integers(0, 2**31),
+    method=st.sampled_from(METHODS),
+    noise=st.sampled_from([None, 0.03, 0.3, ttc_fast.EstimatedNoise(0.1, 15)]),
+    confirm=st.sampled_from([2, 3, 5]),
+)
+def test_histories(seed: int, method: Any, noise: Any, confirm: int) -> None:
+    settings: dict[str, Any] = {"noise": noise, "confirm": confirm, "max_gap": 0.8, "jump": 0.8}
+    kernel, specified = ttc_fast.DistanceTracker(method, **settings), reference.DistanceTracker(method, **settings)
+    for distance, stamp, own in history(seed, 60):
+        one, other = kernel.update(distance, stamp, own), specified.update(distance, stamp, own)
+        assert one.status is other.status
+        for name in NUMBERS:
+            assert alike(getattr(one, name), getattr(other, name)), (name, one, other)
