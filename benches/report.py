@@ -34,7 +34,6 @@ SCAN_LEGEND = (
 RATE_LEGEND = "One scan after the other, each with its stamp, a room seen by a car that stands."
 CLOUD_LEGEND = f"Clouds: {street.SOURCE}. C++: one pass, then nth_element."
 PATH_LEGEND = "The scans above, as points or as they are. NumPy: arc tangents of all points, without their checks."
-
 TRACK_LEGEND = "Each is a tracker made and fed a hundred distances. NumPy: polyfit over the window, and no more."
 KINDS: tuple[tuple[str, str, Sequence[Case]], ...] = (
     ("Scans", SCAN_LEGEND, SCANS),

@@ -12,11 +12,12 @@ from benches.paths.cases import CASES as PATHS
 from benches.scans.cases import CASES as SCANS
 from benches.scans.rates import CASES as RATES
 from benches.timing import one_call
+from benches.tracks.cases import CASES as TRACKS
 
 if TYPE_CHECKING:
     from pytest_benchmark.fixture import BenchmarkFixture
 
-CASES: list[Case] = [*SCANS, *RATES, *CLOUDS, *PATHS]
+CASES: list[Case] = [*SCANS, *RATES, *CLOUDS, *PATHS, *TRACKS]
 ENTRANTS = [pytest.param(Entrant(case, name), id=f"{case} {name}") for case in CASES for name in case.names]
 
 
