@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from rich.progress import track
 
 from benches import latency, machine
+from benches.camera import cases as camera
 from benches.case import Case, Entrant
 from benches.clouds import street
 from benches.clouds.cases import CASES as CLOUDS
@@ -31,17 +32,19 @@ SCAN_LEGEND = (
 )
 RATE_LEGEND = "One scan after the other, each with its stamp, a room seen by a car that stands."
 CLOUD_LEGEND = f"Clouds: {street.SOURCE}. C++: one pass, then nth_element."
+TABLES: list[tuple[str, str, Sequence[Case]]] = [
+    ("Scans", SCAN_LEGEND, SCANS),
+    ("Range rates", RATE_LEGEND, RATES),
+    ("Clouds", CLOUD_LEGEND, CLOUDS),
+    ("Camera", f"Matches: {camera.SOURCE}.", camera.CASES),
+]
 
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure what the arguments ask for, and print it."""
     arguments = _parser().parse_args(argv)
     reports = []
-    for title, legend, every in (
-        ("Scans", SCAN_LEGEND, SCANS),
-        ("Range rates", RATE_LEGEND, RATES),
-        ("Clouds", CLOUD_LEGEND, CLOUDS),
-    ):
+    for title, legend, every in TABLES:
         if cases := [case for case in every if arguments.only in str(case)]:
             reports.append(side_by_side(title, LEGEND + legend, list(cases), arguments.rounds))
     if arguments.latency:

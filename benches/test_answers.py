@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from benches.camera.cases import CASES as CAMERA
 from benches.case import Case, Entrant
 from benches.clouds.cases import CASES as CLOUDS
 from benches.scans.cases import CASES as SCANS
@@ -15,7 +16,7 @@ from benches.timing import one_call
 if TYPE_CHECKING:
     from pytest_benchmark.fixture import BenchmarkFixture
 
-CASES: list[Case] = [*SCANS, *RATES, *CLOUDS]
+CASES: list[Case] = [*SCANS, *RATES, *CLOUDS, *CAMERA]
 ENTRANTS = [pytest.param(Entrant(case, name), id=f"{case} {name}") for case in CASES for name in case.names]
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import benches
 from benches import native
+from benches.camera import cases as camera
 from benches.clouds import cases as clouds
 from benches.clouds import jobs as estimators
 from benches.clouds import street
@@ -41,6 +42,7 @@ def _estimator(case: clouds.Case) -> list[Goal]:
 _FRAME, _MILLION = clouds.KTH[street.FRAME], clouds.KTH[1_000_000]
 _BATCH = Scan(jobs.MIN_BATCH, 1080, rows=1024)
 _RANDOM = next(case for case in clouds.ORDERS if case.order == "random order")
+_MEDIANS = {50: 30, 200: 140, 1000: 270, 3000: 350}
 _SINGLE, _LONG = Scan(jobs.MIN, 1080), Scan(jobs.MIN, 65_536)
 
 GROUPS: list[list[Goal]] = [
@@ -75,6 +77,8 @@ GROUPS: list[list[Goal]] = [
     [within(Scan(jobs.MIN, beams, "float64"), Scan(jobs.MIN, beams), 2.2, "float32") for beams in (1080, 65_536)],
     [within(Scan(jobs.PER_BEAM, 65_536, "float64"), Scan(jobs.PER_BEAM, 65_536), 2.2, "float32")],
     [within(clouds.FLOAT64, _FRAME, 2.2, "float32")],
+    *([faster(camera.MEDIANS[count], "reference", limit)] for count, limit in _MEDIANS.items()),
+    [within(case, camera.MEDIANS[case.matches], 10, "noisy") for case in camera.KIND_CASES if case.matches == 3000],
     [faster(case, "ttc_fast", 1.6, "one thread", ours=benches.TWO_THREADS) for case in (_BATCH, _MILLION)],
 ]
 

@@ -21,6 +21,7 @@ RESULTS = {
     "CloudTTC",
     "Counts",
     "CountsBatch",
+    "KeypointTTC",
     "MinX",
     "Nearest",
     "NearestBatch",

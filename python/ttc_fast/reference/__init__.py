@@ -21,6 +21,12 @@ and for point clouds:
 - ``profile`` and ``alignment``: how a body moves, from all of its cells
 - ``cloud_tracker``: which body that is, as ``CloudTracker``
 
+and for keypoints of a camera:
+
+- ``similarity`` and ``consensus``: which matches move as one body
+- ``scales``: from matches to one scale
+- ``camera``: a time of that, as ``ttc_from_keypoints``
+
 What has no arithmetic of its own (``Status``, ``Detection``, ``NoDataError``, the settings such as ``KthSmallest``,
 ``Gate`` and ``Road``, ``from_pointcloud2``, the two sign helpers) is not written twice: those are the same objects as
 in ``ttc_fast``.
@@ -29,19 +35,24 @@ in ``ttc_fast``.
 from ttc_fast._core import (
     Alignment,
     Cluster,
+    Consensus,
     Gate,
     InterquartileFence,
     KthSmallest,
+    LeastSquares,
     MeanOfLowest,
+    MedianRatio,
     Minimum,
     NeighbourSupport,
     NoDataError,
     Quantile,
     Road,
     Supported,
+    TrimmedMeanRatio,
 )
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.bare import ittc
+from ttc_fast.reference.camera import KeypointTTC, ttc_from_heights, ttc_from_keypoints, ttc_from_scale
 from ttc_fast.reference.cloud import MinX, robust_min_x
 from ttc_fast.reference.cloud_tracker import CloudTracker, TrackedTTC
 from ttc_fast.reference.range_rate import RangeRate, RangeRateNearest
@@ -57,13 +68,17 @@ __all__ = [
     "CloudTTC",
     "CloudTracker",
     "Cluster",
+    "Consensus",
     "Counts",
     "CountsBatch",
     "Detection",
     "Gate",
     "InterquartileFence",
+    "KeypointTTC",
     "KthSmallest",
+    "LeastSquares",
     "MeanOfLowest",
+    "MedianRatio",
     "MinX",
     "Minimum",
     "Nearest",
@@ -80,6 +95,7 @@ __all__ = [
     "Status",
     "Supported",
     "TrackedTTC",
+    "TrimmedMeanRatio",
     "closing_speed_from_ego_velocity",
     "fit_road",
     "from_pointcloud2",
@@ -88,4 +104,7 @@ __all__ = [
     "robust_min_x",
     "ttc_from_clouds",
     "ttc_from_distances",
+    "ttc_from_heights",
+    "ttc_from_keypoints",
+    "ttc_from_scale",
 ]

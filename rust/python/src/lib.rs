@@ -5,6 +5,7 @@
 mod alignment;
 mod array;
 mod axes;
+mod camera;
 mod cloud;
 mod cloud_tracker;
 mod enums;
@@ -21,6 +22,7 @@ mod points;
 mod range_rate;
 mod road;
 mod scan;
+mod settings;
 mod tracked;
 
 use pyo3::prelude::*;
@@ -60,6 +62,14 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(cloud::robust_min_x, m)?)?;
     m.add_function(wrap_pyfunction!(cloud::ttc_from_distances, m)?)?;
     m.add_function(wrap_pyfunction!(cloud::ttc_from_clouds, m)?)?;
+    m.add_class::<camera::MedianRatio>()?;
+    m.add_class::<camera::TrimmedMeanRatio>()?;
+    m.add_class::<camera::LeastSquares>()?;
+    m.add_class::<camera::Consensus>()?;
+    m.add_class::<camera::KeypointTTC>()?;
+    m.add_function(wrap_pyfunction!(camera::ttc_from_scale, m)?)?;
+    m.add_function(wrap_pyfunction!(camera::ttc_from_heights, m)?)?;
+    m.add_function(wrap_pyfunction!(camera::ttc_from_keypoints, m)?)?;
     Ok(())
 }
 
