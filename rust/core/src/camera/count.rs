@@ -6,7 +6,9 @@
 
 use super::bracket::Bracket;
 use super::matches::{Block, Matches};
-use super::pairs::{Part, Rule, SAME_SPOT, squared_lanes};
+use super::pairs::{Rule, SAME_SPOT, squared_lanes};
+use super::strips::{Look, Pairs, Part};
+use super::tiles::Places;
 use super::undecided::Undecided;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
@@ -31,6 +33,8 @@ pub(super) struct Counted {
 /// Counts pairs.
 pub(super) struct Count<'m, T> {
     pub matches: &'m Matches<T>,
+    /// Of the blocks, if they are patches; if not, none is left out.
+    pub places: &'m [Places<T>],
     pub rule: Rule,
     pub bracket: Bracket,
     pub part: Part,
@@ -73,37 +77,64 @@ impl<T: Real> Kernel for Count<'_, T> {
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Counted {
-        let Count { matches, rule, bracket, part, room } = self;
+        let Count { matches, places, rule, bracket, part, room } = self;
         let limits = Limits::new(rule, bracket);
-        let (mut tally, mut below, mut above) = (Tally::new(), 0, 0);
-        let (mut undecided, mut overflown) = (Undecided::new(&part, matches.len(), room), false);
-        for number in part.strips() {
-            let Some(strip) = part.strip(matches, number) else { continue };
-            for (i, from) in strip.rows {
-                if let Some((j, block)) = strip.own(i) {
-                    undecided.note(i, j, tally.add(simd, &limits, from, &block));
-                }
-            }
-            for (j, block) in strip.rest() {
-                for (i, from) in strip.rows {
-                    undecided.note(i, j, tally.add(simd, &limits, from, block));
-                }
-            }
-            if number % FLUSH == 0 {
-                tally.flush(&mut below, &mut above);
-            }
-            overflown = undecided.is_overflown();
-            if overflown {
-                break;
-            }
-        }
-        tally.flush(&mut below, &mut above);
+        let mut undecided = Undecided::new(&part, matches.len(), room);
+        let mut counting = Counting {
+            limits,
+            tally: Tally::new(),
+            strips: 0,
+            below: 0,
+            above: 0,
+            undecided: &mut undecided,
+            overflown: false,
+        };
+        Pairs { matches, places, least: limits.possible, part }.each(simd, &mut counting);
+        counting.flush();
+        let Counting { below, above, overflown, .. } = counting;
         Counted { below, above, undecided, overflown }
     }
 }
 
 /// After so many strips counts are put together: by then each is still small enough to be exact in its type.
 const FLUSH: usize = 64;
+
+/// What is known so far.
+struct Counting<'u, T> {
+    limits: Limits<T>,
+    tally: Tally<T>,
+    strips: usize,
+    below: usize,
+    above: usize,
+    /// Elsewhere: what is dropped in case of a panic has to be in memory, and what is here should be in registers.
+    undecided: &'u mut Undecided,
+    overflown: bool,
+}
+
+impl<T: Real> Look<T> for Counting<'_, T> {
+    #[inline(always)]
+    fn look<I: Instructions>(&mut self, simd: I, i: usize, from: [T; 4], j: usize, block: &Block<T>) {
+        let open = self.tally.add(simd, &self.limits, from, block);
+        self.undecided.note(i, j, open);
+    }
+
+    #[inline(always)]
+    fn goes_on(&mut self) -> bool {
+        self.strips += 1;
+        if self.strips.is_multiple_of(FLUSH) {
+            self.flush();
+        }
+        self.overflown = self.undecided.is_overflown();
+        !self.overflown
+    }
+}
+
+impl<T: Real> Counting<'_, T> {
+    #[inline(always)]
+    fn flush(&mut self) {
+        self.tally.flush(&mut self.below, &mut self.above);
+    }
+}
 
 /// What has been counted, by lanes.
 struct Tally<T> {

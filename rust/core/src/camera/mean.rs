@@ -1,8 +1,9 @@
 //! Means of the pairs' ratios: of all, or without the lowest and the highest.
 
 use super::bracket::in_order;
-use super::matches::Matches;
-use super::pairs::{Part, Ratio, Rule, quotients};
+use super::matches::{Block, Matches};
+use super::pairs::{Ratio, Rule, quotients};
+use super::strips::{Look, Pairs, Part};
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
@@ -41,37 +42,27 @@ impl<T: Real> Kernel for Sum<'_, T> {
     type Output = (f64, usize);
 
     #[inline(always)]
-    fn run<I: Instructions>(self, _: I) -> (f64, usize) {
+    fn run<I: Instructions>(self, simd: I) -> (f64, usize) {
         let Sum { matches, rule } = self;
-        let all = Part { double_strips: 0..Part::double_strips(matches.len()), every: 1 };
-        let mut ratios = Ratios { sums: [0.0; LANES], counts: [0.0; LANES] };
-        for number in all.strips() {
-            let Some(strip) = all.strip(matches, number) else { continue };
-            for (i, from) in strip.rows {
-                if let Some((_, block)) = strip.own(i) {
-                    ratios.add(quotients(&block, from, rule));
-                }
-            }
-            for (_, block) in strip.rest() {
-                for (_, from) in strip.rows {
-                    ratios.add(quotients(block, from, rule));
-                }
-            }
-        }
+        let part = Part { double_strips: 0..Part::double_strips(matches.len()), every: 1 };
+        let mut ratios = Ratios { rule, sums: [0.0; LANES], counts: [0.0; LANES] };
+        Pairs { matches, places: &[], least: T::ZERO, part }.each(simd, &mut ratios);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count, exact below 2^53")]
         (ratios.sums.iter().sum(), ratios.counts.iter().sum::<f64>() as usize)
     }
 }
 
+/// Roots of quotients added up.
 struct Ratios {
+    rule: Rule,
     sums: Lanes<f64>,
     counts: Lanes<f64>,
 }
 
-impl Ratios {
-    /// The roots of quotients, but NaN.
+impl<T: Real> Look<T> for Ratios {
     #[inline(always)]
-    fn add(&mut self, quotients: Lanes<f64>) {
+    fn look<I: Instructions>(&mut self, _: I, _: usize, from: [T; 4], _: usize, block: &Block<T>) {
+        let quotients = quotients(block, from, self.rule);
         for lane in 0..LANES {
             let counts = quotients[lane] >= 0.0;
             self.sums[lane] += if counts { quotients[lane].sqrt() } else { 0.0 };

@@ -7,8 +7,11 @@
 use super::bracket::{Bracket, Middle, in_order};
 use super::count::{Count, Counted};
 use super::matches::Matches;
-use super::pairs::{Part, Ratio, Rule};
+use super::pairs::{Ratio, Rule};
+use super::search::Search;
+use super::strips::Part;
 use super::ties;
+use super::tiles::Tiles;
 use crate::lanes::LANES;
 use crate::real::Real;
 use crate::simd::Level;
@@ -34,7 +37,11 @@ const LEAST_PIECE: usize = 128;
 
 /// Their median; none if no pair counts.
 pub(super) fn median<T: Real>(matches: &Matches<T>, rule: Rule, level: Level, threads: usize) -> Option<Ratio> {
-    let search = Search { matches, rule, level, threads };
+    let tiles = Tiles::new(matches);
+    let search = match &tiles {
+        Some(Tiles { mixed, tiled, places }) => Search { sampled: mixed, matches: tiled, places, rule, level, threads },
+        None => Search { sampled: matches, matches, places: &[], rule, level, threads },
+    };
     for deviations in DEVIATIONS {
         match search.proven(search.bracket(deviations)) {
             Ok(median) => return median,
@@ -42,7 +49,7 @@ pub(super) fn median<T: Real>(matches: &Matches<T>, rule: Rule, level: Level, th
             Err(Failure::Outside) => {}
         }
     }
-    ties::median(matches, rule, level, threads)
+    ties::median(&search)
 }
 
 /// Why a bracket did not lead to the median.
@@ -51,13 +58,6 @@ enum Failure {
     Many,
     /// The median is not.
     Outside,
-}
-
-struct Search<'m, T> {
-    matches: &'m Matches<T>,
-    rule: Rule,
-    level: Level,
-    threads: usize,
 }
 
 impl<T: Real> Search<'_, T> {
@@ -81,8 +81,10 @@ impl<T: Real> Search<'_, T> {
     /// A narrower bracket, by a sample of the pairs.
     fn narrowed(&self, bracket: Bracket, every: usize, deviations: f64) -> Bracket {
         let double_strips = 0..Part::double_strips(self.matches.len());
-        let counted = self.count(bracket, Part { double_strips, every }, usize::MAX);
-        let mut inside = counted.undecided.decided(self.matches, self.rule);
+        let part = Part { double_strips, every };
+        let (matches, rule) = (self.sampled, self.rule);
+        let counted = self.level.run(Count { matches, places: &[], rule, bracket, part, room: usize::MAX });
+        let mut inside = counted.undecided.decided(matches, rule);
         bracket.around(&mut inside, counted.below, counted.above, deviations)
     }
 
@@ -118,7 +120,8 @@ impl<T: Real> Search<'_, T> {
     }
 
     fn count(&self, bracket: Bracket, part: Part, room: usize) -> Counted {
-        self.level.run(Count { matches: self.matches, rule: self.rule, bracket, part, room })
+        let (matches, places, rule) = (self.matches, self.places, self.rule);
+        self.level.run(Count { matches, places, rule, bracket, part, room })
     }
 }
 

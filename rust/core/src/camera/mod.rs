@@ -1,7 +1,7 @@
 //! Time-to-collision from how a thing grows in the picture, with no distance at all.
 //!
 //! [`matches`] says which matched keypoints count, [`pairs`] which pairs of them do. [`median`] is the exact median of the
-//! pairs' ratios: [`bracket`] and [`count`] find it where ratios differ, [`ties`] where many are the same. [`mean`],
+//! pairs' ratios: [`bracket`], [`tiles`] and [`count`] find it where ratios differ, [`ties`] where many are the same. [`mean`],
 //! [`similarity`] and [`consensus`] are other ways to one scale, [`scale`] makes a time of it.
 
 mod bracket;
@@ -13,8 +13,11 @@ mod mean;
 mod median;
 mod pairs;
 mod scale;
+mod search;
 mod similarity;
+mod strips;
 mod ties;
+mod tiles;
 mod undecided;
 
 pub use estimator::Estimator;

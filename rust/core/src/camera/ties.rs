@@ -5,12 +5,15 @@
 //! kept. Such a pass takes several times one of [`count`](super::count), and one or two are enough.
 
 use super::bracket::{Bracket, Middle, in_order};
-use super::matches::Matches;
-use super::pairs::{Part, Ratio, Rule, quotients};
+use super::matches::{Block, Matches};
+use super::pairs::{Ratio, Rule, quotients};
+use super::search::Search;
+use super::strips::{Look, Pairs, Part};
+use super::tiles::Places;
 use super::undecided::Undecided;
 use crate::lanes::{LANES, Lanes, least};
 use crate::real::Real;
-use crate::simd::{Instructions, Kernel, Level};
+use crate::simd::{Instructions, Kernel};
 use crate::threads::pieces;
 
 /// About how many groups of pairs a sample has.
@@ -23,8 +26,7 @@ const DEVIATIONS: f64 = 3.0;
 const LEAST_PIECE: usize = 128;
 
 /// The median; none if no pair counts.
-pub(super) fn median<T: Real>(matches: &Matches<T>, rule: Rule, level: Level, threads: usize) -> Option<Ratio> {
-    let search = Search { matches, rule, level, threads };
+pub(super) fn median<T: Real>(search: &Search<'_, T>) -> Option<Ratio> {
     let mut region = Region::ALL;
     loop {
         let sides = search.split(search.ends(region)?);
@@ -55,21 +57,14 @@ impl Region {
     const ALL: Region = Region { open: Bracket { low: -1.0, high: f64::INFINITY }, before: 0, share: 0.5 };
 }
 
-struct Search<'m, T> {
-    matches: &'m Matches<T>,
-    rule: Rule,
-    level: Level,
-    threads: usize,
-}
-
 impl<T: Real> Search<'_, T> {
     /// Two values of the region between which the one looked for should be; none if the region has no values.
     fn ends(&self, region: Region) -> Option<Bracket> {
-        let n = self.matches.len();
-        let all = 0..Part::double_strips(n);
+        let (matches, rule) = (self.sampled, self.rule);
+        let n = matches.len();
         let sample_of = |every| {
-            let part = Part { double_strips: all.clone(), every };
-            self.level.run(Split { matches: self.matches, rule: self.rule, bracket: region.open, part }).kept
+            let part = Part { double_strips: 0..Part::double_strips(n), every };
+            self.level.run(Split { matches, places: &[], rule, bracket: region.open, part }).kept
         };
         let mut sample = sample_of((n * n / (2 * LANES) / SAMPLE).max(1));
         if sample.is_empty() {
@@ -88,7 +83,8 @@ impl<T: Real> Search<'_, T> {
     fn split(&self, bracket: Bracket) -> Sides {
         let sides = pieces(self.threads, Part::double_strips(self.matches.len()), LEAST_PIECE, |double_strips| {
             let part = Part { double_strips, every: 1 };
-            self.level.run(Split { matches: self.matches, rule: self.rule, bracket, part })
+            let (matches, places, rule) = (self.matches, self.places, self.rule);
+            self.level.run(Split { matches, places, rule, bracket, part })
         });
         sides.into_iter().reduce(Sides::with).expect("there is at least one piece")
     }
@@ -162,6 +158,7 @@ impl Sides {
 /// Splits the quotients of pairs at two values.
 struct Split<'m, T> {
     matches: &'m Matches<T>,
+    places: &'m [Places<T>],
     rule: Rule,
     bracket: Bracket,
     part: Part,
@@ -172,24 +169,33 @@ impl<T: Real> Kernel for Split<'_, T> {
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Sides {
-        let Split { matches, rule, bracket, part } = self;
+        let Split { matches, places, rule, bracket, part } = self;
         let mut inside = Undecided::new(&part, matches.len(), ROOM);
-        let mut tally = Tally::new(bracket);
-        for number in part.strips() {
-            let Some(strip) = part.strip(matches, number) else { continue };
-            for (i, from) in strip.rows {
-                if let Some((j, block)) = strip.own(i) {
-                    inside.note(i, j, tally.add(simd, &quotients(&block, from, rule)));
-                }
-            }
-            for (j, block) in strip.rest() {
-                for (i, from) in strip.rows {
-                    inside.note(i, j, tally.add(simd, &quotients(block, from, rule)));
-                }
-            }
-            inside.is_overflown();
-        }
+        let mut splitting = Splitting { rule, tally: Tally::new(bracket), inside: &mut inside };
+        let least = T::not_above(rule.least * (1.0 - T::SLACK.wide()));
+        Pairs { matches, places, least, part }.each(simd, &mut splitting);
+        let tally = splitting.tally;
         tally.sides(inside.decided(matches, rule))
+    }
+}
+
+struct Splitting<'u> {
+    rule: Rule,
+    tally: Tally,
+    inside: &'u mut Undecided,
+}
+
+impl<T: Real> Look<T> for Splitting<'_> {
+    #[inline(always)]
+    fn look<I: Instructions>(&mut self, simd: I, i: usize, from: [T; 4], j: usize, block: &Block<T>) {
+        let inside = self.tally.add(simd, &quotients(block, from, self.rule));
+        self.inside.note(i, j, inside);
+    }
+
+    #[inline(always)]
+    fn goes_on(&mut self) -> bool {
+        self.inside.is_overflown(); // what is counted is counted
+        true
     }
 }
 

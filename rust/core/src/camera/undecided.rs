@@ -1,8 +1,10 @@
 //! Pairs that a pass leaves to be decided one by one.
 
 use super::matches::Matches;
-use super::pairs::{Group, Part, Rule};
+use super::pairs::{Group, Rule};
+use super::strips::Part;
 use crate::real::Real;
+use std::cell::Cell;
 
 /// Pairs to be decided, by groups of lanes.
 ///
@@ -15,12 +17,32 @@ pub(super) struct Undecided {
     overflown: bool,
 }
 
+thread_local! {
+    /// The memory of the last time: to get new pages from the system takes as long as a pass over a thousand matches.
+    static KEPT: Cell<Vec<u64>> = const { Cell::new(Vec::new()) };
+}
+
+/// More memory than this is not kept, in words.
+const MOST_KEPT: usize = 1 << 16;
+
+impl Drop for Undecided {
+    fn drop(&mut self) {
+        if self.words.len() <= MOST_KEPT {
+            KEPT.set(std::mem::take(&mut self.words));
+        }
+    }
+}
+
 impl Undecided {
     /// For the groups of a part, or for so many of them and those of one strip.
     pub(super) fn new(part: &Part, matches: usize, room: usize) -> Self {
         let (all, of_strip) = part.most_groups(matches);
-        let words = all.min(room.saturating_add(of_strip)) + 1;
-        Undecided { words: vec![0; words], used: 0, room, overflown: false }
+        let least = all.min(room.saturating_add(of_strip)) + 1;
+        let mut words = KEPT.take();
+        if words.len() < least {
+            words.resize(least, 0);
+        }
+        Undecided { words, used: 0, room, overflown: false }
     }
 
     /// Note some of the lanes from match `j` on beside match `i`.
