@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from rich.progress import track
 
 from benches import latency, machine
+from benches.camera import cases as camera
 from benches.case import Case, Entrant
 from benches.clouds import street
 from benches.clouds.cases import CASES as CLOUDS
@@ -41,6 +42,7 @@ KINDS: tuple[tuple[str, str, Sequence[Case]], ...] = (
     ("Clouds", CLOUD_LEGEND, CLOUDS),
     ("Swept paths", PATH_LEGEND, PATHS),
     ("Trackers", TRACK_LEGEND, TRACKS),
+    ("Camera", f"Matches: {camera.SOURCE}.", camera.CASES),
 )
 
 

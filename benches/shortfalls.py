@@ -55,6 +55,15 @@ _THREADS = (
 )
 
 WHY: dict[tuple[str, str | None], str] = {
+    ("MedianRatio() 3000", "one thread"): _THREADS,
+    ("MedianRatio() 3000", "noisy"): (
+        "Ratios that are the same, or differ in their last digits only, have to be computed in float64 for every pair, "
+        "which takes several times a comparison in float32."
+    ),
+    ("MedianRatio()", "reference"): (
+        "Half of it is the pass over all pairs; the other half are samples, the few hundred ratios that are decided "
+        "one by one, and the call, which do not shrink as the pairs do."
+    ),
     ("min 1024x1080", "one thread"): _THREADS,
     ("KthSmallest(k=20) 1M", "one thread"): _THREADS,
     ("min 1024x1080", None): _BATCH,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from benches.camera.cases import CASES as CAMERA
 from benches.case import Case, Entrant
 from benches.clouds.cases import CASES as CLOUDS
 from benches.paths.cases import CASES as PATHS
@@ -17,7 +18,7 @@ from benches.tracks.cases import CASES as TRACKS
 if TYPE_CHECKING:
     from pytest_benchmark.fixture import BenchmarkFixture
 
-CASES: list[Case] = [*SCANS, *RATES, *CLOUDS, *PATHS, *TRACKS]
+CASES: list[Case] = [*SCANS, *RATES, *CLOUDS, *PATHS, *TRACKS, *CAMERA]
 ENTRANTS = [pytest.param(Entrant(case, name), id=f"{case} {name}") for case in CASES for name in case.names]
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import benches
 from benches import native
+from benches.camera import cases as camera
 from benches.clouds import cases as clouds
 from benches.clouds import jobs as estimators
 from benches.clouds import street
@@ -43,6 +44,7 @@ def _estimator(case: clouds.Case) -> list[Goal]:
 _FRAME, _MILLION = clouds.KTH[street.FRAME], clouds.KTH[1_000_000]
 _BATCH = Scan(jobs.MIN_BATCH, 1080, rows=1024)
 _RANDOM = next(case for case in clouds.ORDERS if case.order == "random order")
+_MEDIANS = {50: 30, 200: 140, 1000: 270, 3000: 350}
 _SINGLE, _LONG = Scan(jobs.MIN, 1080), Scan(jobs.MIN, 65_536)
 
 # A hundred updates take as long as three hundred scans of 1080 beams: a microsecond each, where that takes 0.33.
@@ -82,6 +84,8 @@ GROUPS: list[list[Goal]] = [
     [within(clouds.FLOAT64, _FRAME, 2.2, "float32")],
     *([faster(case, "reference", 30)] for case in paths.CASES),
     [faster(case, "NumPy", limit) for case, limit in zip(paths.POINTS, (4, 30), strict=True)],
+    *([faster(camera.MEDIANS[count], "reference", limit)] for count, limit in _MEDIANS.items()),
+    [within(case, camera.MEDIANS[case.matches], 10, "noisy") for case in camera.KIND_CASES if case.matches == 3000],
     [faster(case, "ttc_fast", 1.6, "one thread", ours=benches.TWO_THREADS) for case in (_BATCH, _MILLION)],
 ]
 

@@ -22,6 +22,7 @@ RESULTS = {
     "Decision",
     "Counts",
     "CountsBatch",
+    "KeypointTTC",
     "MinX",
     "Nearest",
     "NearestBatch",

@@ -27,6 +27,11 @@ and for motion:
 
 - ``motion``: the formulae of motion along a line
 - ``tracker``: closing speed and time-to-collision over several frames, as ``DistanceTracker``
+and for keypoints of a camera:
+
+- ``similarity`` and ``consensus``: which matches move as one body
+- ``scales``: from matches to one scale
+- ``camera``: a time of that, as ``ttc_from_keypoints``
 
 What has no arithmetic of its own (``Status``, ``Detection``, ``NoDataError``, the settings such as ``KthSmallest``,
 ``Gate``, ``Road`` and ``KalmanCA``, ``from_pointcloud2``, the two sign helpers) is not written twice: those are the
@@ -37,13 +42,16 @@ from ttc_fast._core import (
     Alignment,
     AlphaBeta,
     Cluster,
+    Consensus,
     EstimatedNoise,
     Gate,
     InterquartileFence,
     KalmanCA,
     KalmanCV,
     KthSmallest,
+    LeastSquares,
     MeanOfLowest,
+    MedianRatio,
     Minimum,
     NeighbourSupport,
     NoDataError,
@@ -66,9 +74,11 @@ from ttc_fast.brake import (
     RssDistance,
     StoppingDistance,
     SweptPathThreshold,
+    TrimmedMeanRatio,
 )
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.bare import ittc
+from ttc_fast.reference.camera import KeypointTTC, ttc_from_heights, ttc_from_keypoints, ttc_from_scale
 from ttc_fast.reference.cloud import MinX, robust_min_x
 from ttc_fast.reference.cloud_tracker import CloudTracker
 from ttc_fast.reference.motion import (
@@ -97,6 +107,7 @@ __all__ = [
     "CloudTracker",
     "Cluster",
     "Command",
+    "Consensus",
     "Counts",
     "CountsBatch",
     "Decision",
@@ -110,8 +121,11 @@ __all__ = [
     "IttcThreshold",
     "KalmanCA",
     "KalmanCV",
+    "KeypointTTC",
     "KthSmallest",
+    "LeastSquares",
     "MeanOfLowest",
+    "MedianRatio",
     "MinX",
     "Minimum",
     "Motion",
@@ -140,6 +154,7 @@ __all__ = [
     "SweptPathThreshold",
     "TheilSen",
     "TrackedTTC",
+    "TrimmedMeanRatio",
     "closing_speed_from_ego_velocity",
     "deceleration_to_avoid_crash",
     "fit_road",
@@ -154,4 +169,7 @@ __all__ = [
     "ttc_constant_velocity",
     "ttc_from_clouds",
     "ttc_from_distances",
+    "ttc_from_heights",
+    "ttc_from_keypoints",
+    "ttc_from_scale",
 ]

@@ -99,3 +99,11 @@ def checked_threads(threads: Any) -> int:
     if not 1 <= operator.index(threads) <= 1024:
         raise ValueError(f"threads must be at least 1 and at most 1024, got {threads}")
     return operator.index(threads)
+
+
+def checked_dt(dt: Any) -> float:
+    """``dt``, if it is a time that has passed."""
+    seconds = finite("dt", dt)
+    if not seconds > 0:
+        raise ValueError(f"dt must be above 0 s, got {seconds}; it is the time between the two, from their stamps")
+    return seconds

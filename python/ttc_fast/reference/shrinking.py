@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.reference.arguments import finite
+from ttc_fast.reference.arguments import checked_dt, finite
 from ttc_fast.reference.cloud import MinX, nearest
 from ttc_fast.reference.estimators import checked_estimator
 from ttc_fast.reference.gate import checked_gate
@@ -47,7 +47,7 @@ def ttc_from_distances(previous: float, current: float, dt: float) -> float:
     >>> round(reference.ttc_from_distances(10.0, 9.5, 0.1), 6)
     1.9
     """
-    previous, current, dt = finite("previous", previous), finite("current", current), _checked_dt(dt)
+    previous, current, dt = finite("previous", previous), finite("current", current), checked_dt(dt)
     if not previous > current:
         return math.inf
     if not current > 0:
@@ -83,7 +83,7 @@ def ttc_from_clouds(
     clouds = cloud("previous", previous), cloud("current", current)
     if clouds[0].xyz.dtype != clouds[1].xyz.dtype:
         raise TypeError("previous and current must have the same dtype")
-    dt, front_offset = _checked_dt(dt), finite("front_offset", front_offset)
+    dt, front_offset = checked_dt(dt), finite("front_offset", front_offset)
 
     earlier, later = (nearest(each, gate, estimator) for each in clouds)
     too_few = Detection.TOO_FEW in (earlier.detection, later.detection)
@@ -103,10 +103,3 @@ def ttc_from_clouds(
     }
     status = next(status for status, holds in cases.items() if holds)
     return CloudTTC(ttc, status, now, closing_speed, earlier, later)
-
-
-def _checked_dt(dt: Any) -> float:
-    seconds = finite("dt", dt)
-    if not seconds > 0:
-        raise ValueError(f"dt must be above 0 s, got {seconds}; it is the time between the two, from their stamps")
-    return seconds

@@ -5,6 +5,8 @@
 use std::env;
 use std::f64::consts::PI;
 use std::hint::black_box;
+use ttc_fast_core::Status;
+use ttc_fast_core::camera::{self, Keypoints, ttc_from_keypoints};
 use ttc_fast_core::cloud::{Detection, Estimator, Gate, Points, robust_min_x};
 use ttc_fast_core::column::{Column, ColumnMut, Table};
 use ttc_fast_core::ittc::{Rate, Speeds, ittc};
@@ -18,7 +20,7 @@ use ttc_fast_core::tracker::{self, DistanceTracker, Method};
 /// A name, and what makes the call a number of times.
 type Call = (&'static str, fn(usize));
 
-const CALLS: [Call; 17] = [
+const CALLS: [Call; 19] = [
     ("ScanTTC.min, straight", |times| min::<f32>(STRAIGHT, times)),
     ("ScanTTC.min, turning", |times| min::<f32>(TURNING, times)),
     ("ScanTTC.min, float64", |times| min::<f64>(STRAIGHT, times)),
@@ -35,6 +37,8 @@ const CALLS: [Call; 17] = [
     ("Supported", |times| nearest_ahead(Estimator::Supported { points: 20, gap: 0.2 }, 16, times)),
     ("DistanceTracker.update", |times| track(tracker::Settings::default().method, times)),
     ("DistanceTracker.update, SlidingLine", |times| track(SLIDING_LINE, times)),
+    ("MedianRatio", |times| growing(camera::Estimator::MedianRatio, times)),
+    ("Consensus", |times| growing(camera::Estimator::default(), times)),
     ("Cluster", |times| nearest_ahead(Estimator::Cluster { tolerance: 0.5, min_points: 20 }, 16, times)),
 ];
 
@@ -50,6 +54,7 @@ const TURNING: Motion = Motion { speed: 5.0, yaw_rate: 0.8, lateral_speed: 0.0 }
 
 const RINGS: usize = 32;
 const AZIMUTHS: usize = 640;
+const MATCHES: usize = 500;
 const SENSOR_HEIGHT: f64 = 1.7;
 const SLIDING_LINE: Method = Method::SlidingLine { window: 0.5, acceleration: 1.0 };
 const KTH_SMALLEST: Estimator = Estimator::KthSmallest(20);
@@ -184,6 +189,15 @@ fn track(method: Method, times: usize) {
     }
 }
 
+fn growing(estimator: camera::Estimator, times: usize) {
+    in_turn(times, &pictures(), |[x0, y0, x1, y1]| {
+        let keypoints =
+            Keypoints { previous: [Column::new(x0), Column::new(y0)], current: [Column::new(x1), Column::new(y1)] };
+        let seen = ttc_from_keypoints(keypoints, 0.1, 100.0, estimator, avx2(), 1).expect("as many as before");
+        assert_eq!(seen.status, Status::Closing);
+    });
+}
+
 /// Makes `call` on one frame after the other, `times` times in all.
 fn in_turn<F>(times: usize, frames: &[F], mut call: impl FnMut(&F)) {
     frames.iter().cycle().take(times).for_each(|frame| call(black_box(frame)));
@@ -247,6 +261,22 @@ fn streets(record: usize) -> [Vec<u8>; FRAMES] {
             bytes.resize(start + record, 0);
         }
         bytes
+    };
+    std::array::from_fn(|_| frame())
+}
+
+/// x and y before and now of a car's matched keypoints: it grows by a hundredth, with half a pixel of noise.
+fn pictures() -> [[Vec<f32>; 4]; FRAMES] {
+    let mut random = Random(2028);
+    let mut frame = || {
+        let mut columns: [Vec<f32>; 4] = Default::default();
+        for _ in 0..MATCHES {
+            let before = [550.0 + 150.0 * random.next(), 180.0 + 150.0 * random.next()];
+            let now = before.map(|at| 1.01 * at + random.next() - 0.5);
+            let numbers = [before[0], before[1], now[0], now[1]].map(f32::of);
+            columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
+        }
+        columns
     };
     std::array::from_fn(|_| frame())
 }

@@ -2,6 +2,7 @@
 //!
 //! Data flow one way: memory of the caller → [`column::Column`] → kernel → plain result.
 
+pub mod camera;
 pub mod cloud;
 pub mod column;
 mod error;

@@ -6,6 +6,7 @@ mod alignment;
 mod array;
 mod axes;
 mod beams;
+mod camera;
 mod cloud;
 mod cloud_tracker;
 mod ego_motion;
@@ -28,6 +29,7 @@ mod range_rate;
 mod road;
 mod scan;
 mod scan_path;
+mod settings;
 mod settings_object;
 mod tracked;
 mod tracker;
@@ -91,6 +93,14 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<tracker::KalmanCA>()?;
     m.add_class::<tracker::EstimatedNoise>()?;
     m.add_class::<tracker::DistanceTracker>()?;
+    m.add_class::<camera::MedianRatio>()?;
+    m.add_class::<camera::TrimmedMeanRatio>()?;
+    m.add_class::<camera::LeastSquares>()?;
+    m.add_class::<camera::Consensus>()?;
+    m.add_class::<camera::KeypointTTC>()?;
+    m.add_function(wrap_pyfunction!(camera::ttc_from_scale, m)?)?;
+    m.add_function(wrap_pyfunction!(camera::ttc_from_heights, m)?)?;
+    m.add_function(wrap_pyfunction!(camera::ttc_from_keypoints, m)?)?;
     Ok(())
 }
 

@@ -1,13 +1,13 @@
-//! Point clouds from Python, in place, whatever their layout.
+//! Point clouds and positions in a picture from Python, in place, whatever their layout.
 
-use crate::array::{Element, columns, grid, is_records, refuse_masked, type_name, wrong_dtype};
+use crate::array::{Element, as_array, columns, grid, is_records, refuse_masked, type_name, wrong_dtype};
 use crate::errors::value_error;
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PySlice, PyTuple};
 use ttc_fast_core::cloud::{Intensity, Points};
-use ttc_fast_core::column::Table;
+use ttc_fast_core::column::{Column, Table};
 use ttc_fast_core::real::Real;
 
 /// Points have fewer numbers than this; an array of points as columns has more.
@@ -322,4 +322,73 @@ fn intensity<'a>(argument: &str, array: &Array<'_>) -> PyResult<Intensity<'a>> {
             "intensity of {argument} must have dtype uint8, uint16, float32 or float64, got {dtype}"
         ))
     })
+}
+
+/// Positions in a picture, and the array that they lie in.
+pub struct Pixels<'py> {
+    positions: AnyPixels<'py>,
+    _array: Array<'py>,
+}
+
+/// x and y of positions, by their type.
+#[derive(Clone, Copy)]
+pub enum AnyPixels<'a> {
+    /// float32
+    Single([Column<'a, f32>; 2]),
+    /// float64
+    Double([Column<'a, f64>; 2]),
+}
+
+impl AnyPixels<'_> {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            AnyPixels::Single([x, _]) => x.len(),
+            AnyPixels::Double([x, _]) => x.len(),
+        }
+    }
+
+    /// The name of their type.
+    pub fn dtype(&self) -> &'static str {
+        match self {
+            AnyPixels::Single(_) => f32::NAME,
+            AnyPixels::Double(_) => f64::NAME,
+        }
+    }
+}
+
+impl<'py> Pixels<'py> {
+    /// Look at `object` as positions, without copying: (N, 2), or (N, 1, 2) as OpenCV has them.
+    pub fn view(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let mut array = as_array(argument, object)?;
+        if let &[_, 1, _] = array.shape() {
+            array = array.get_item((PySlice::full(object.py()), 0))?.cast_into::<PyUntypedArray>()?;
+        }
+        let &[_, 2] = array.shape() else {
+            return Err(PyValueError::new_err(format!(
+                "{argument} must have shape (N, 2), one x and y in pixels for each match, got {:?}",
+                array.shape()
+            )));
+        };
+        // SAFETY: the array is kept for as long as views are handed out.
+        let positions = unsafe {
+            match (columns::<f32, 2>(&array), columns::<f64, 2>(&array)) {
+                (Some(xy), _) => AnyPixels::Single(xy.map(|column| column.row(0))),
+                (_, Some(xy)) => AnyPixels::Double(xy.map(|column| column.row(0))),
+                _ => {
+                    let dtype = array.dtype();
+                    return Err(PyTypeError::new_err(format!(
+                        "{argument} must have dtype float32 or float64, got {dtype}; \
+                         convert with {argument}.astype(numpy.float32)"
+                    )));
+                }
+            }
+        };
+        Ok(Pixels { positions, _array: array })
+    }
+
+    /// The positions, for as long as the array is kept.
+    pub fn positions(&self) -> AnyPixels<'_> {
+        self.positions
+    }
 }

@@ -1,0 +1,76 @@
+"""The matches that move as one body: the similarity that most agree with, refined until its matches agree with it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ttc_fast.reference.similarity import fitted, squared_residuals, through, total
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from ttc_fast._core import Consensus
+    from ttc_fast.reference.similarity import Similarity
+
+    Doubles = NDArray[np.float64]
+    Bools = NDArray[np.bool_]
+
+WIDTH_SQUARED = -2.0 * math.log(0.05)
+"""Of positions with a normal error, all but a twentieth are within so many standard deviations, squared."""
+LEAST_TOLERANCE = 0.1
+"""No match is left out for less than this, px."""
+UNCHANGED = 0.1
+"""With more than this share of coordinates unchanged, positions are rounded."""
+MOST_ROUNDS = 20
+
+
+def agreed(search: Consensus, before: Doubles, now: Doubles) -> Bools | None:
+    """Say which matches agree; None of fewer than two, or if no two agree."""
+    squared = search.tolerance * search.tolerance
+    elected = _elected(search, before, now, squared)
+    if elected is None:
+        return None
+    rounded = (before == now).sum() > UNCHANGED * before.size
+    those = squared_residuals(elected, before, now) <= squared
+    for _ in range(MOST_ROUNDS):
+        similarity = fitted(before[those], now[those])
+        if similarity is None:
+            break
+        residuals = squared_residuals(similarity, before, now)
+        variance = total(residuals[those]) / (2 * those.sum())
+        limit = squared if rounded else min(squared, variance * WIDTH_SQUARED)
+        following = residuals <= max(limit, min(squared, LEAST_TOLERANCE * LEAST_TOLERANCE))
+        if following.sum() < 3 or np.array_equal(following, those):
+            break
+        those = following
+    return those
+
+
+def _elected(search: Consensus, before: Doubles, now: Doubles, squared: float) -> Similarity | None:
+    """Find the similarity through two matches that most agree with; of several the first."""
+    best, most, count = None, 1, len(before)
+    if count < 2:
+        return None
+    for bits in _split_mix(search.seed, search.trials):
+        first, second = ((bits >> 32) * count) >> 32, ((bits & 0xFFFFFFFF) * (count - 1)) >> 32
+        similarity = through(before, now, first, second + (second >= first))
+        if similarity is not None:
+            votes = int((squared_residuals(similarity, before, now) <= squared).sum())
+            if votes > most:
+                best, most = similarity, votes
+    return best
+
+
+def _split_mix(seed: int, count: int) -> Iterator[int]:
+    """Give numbers of 64 bits by the generator SplitMix64 [Steele, Lea and Flood 2014]."""
+    mask = (1 << 64) - 1
+    for _ in range(count):
+        seed = (seed + 0x9E3779B97F4A7C15) & mask
+        mixed = ((seed ^ (seed >> 30)) * 0xBF58476D1CE4E5B9) & mask
+        mixed = ((mixed ^ (mixed >> 27)) * 0x94D049BB133111EB) & mask
+        yield mixed ^ (mixed >> 31)

@@ -1,0 +1,156 @@
+//! The matches that move as one body.
+//!
+//! What does not belong to the body ahead, be it background or a mismatch, moves otherwise. So the similarity that most
+//! matches agree with is looked for, by two matches at a time, and refined until its matches are those that agree with it.
+
+use super::matches::Matches;
+use super::similarity::Similarity;
+use crate::lanes::LANES;
+use crate::real::Real;
+use crate::simd::{Instructions, Kernel, Level};
+
+/// How a consensus is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Search {
+    /// A match farther than this from where it should be, px, does not agree.
+    pub tolerance: f64,
+    /// How many pairs of matches are tried.
+    pub trials: usize,
+    pub seed: u64,
+}
+
+/// Of positions with a normal error, all but a twentieth are within so many standard deviations, squared: -2 ln 0.05.
+const WIDTH_SQUARED: f64 = 5.991_464_547_107_982;
+/// No match is left out for less than this, px.
+const LEAST_TOLERANCE: f64 = 0.1;
+/// With more than this share of coordinates unchanged, positions are rounded.
+const UNCHANGED: f64 = 0.1;
+/// It settles long before.
+const MOST_ROUNDS: usize = 20;
+
+impl Search {
+    /// Those that agree; none of fewer than two matches, or if no two agree.
+    pub(super) fn agreed<T: Real>(self, matches: &Matches<T>, level: Level) -> Option<Matches<T>> {
+        let squared = self.tolerance * self.tolerance;
+        let elected = self.elected(matches, squared, level)?;
+        let rounded = is_rounded(matches);
+        let mut agreed = agreeing(matches, elected, squared);
+        for _ in 0..MOST_ROUNDS {
+            let Some(fitted) = Similarity::fitted(&matches.select(&agreed)) else { break };
+            let limit = if rounded { squared } else { squared.min(noise(matches, &agreed, fitted) * WIDTH_SQUARED) };
+            let limit = limit.max(squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE));
+            let next = agreeing(matches, fitted, limit);
+            if next.len() < 3 || next == agreed {
+                break;
+            }
+            agreed = next;
+        }
+        Some(matches.select(&agreed))
+    }
+
+    /// The similarity through two matches that most agree with; of several the first.
+    fn elected<T: Real>(self, matches: &Matches<T>, squared: f64, level: Level) -> Option<Similarity> {
+        let others = matches.len().checked_sub(1).filter(|others| *others > 0)?;
+        let mut random = SplitMix64(self.seed);
+        let mut best = None;
+        let mut most = 1;
+        for _ in 0..self.trials {
+            let (first, second) = random.below(matches.len(), others);
+            let second = second + usize::from(second >= first);
+            if let Some(similarity) = Similarity::through(matches, first, second) {
+                let votes = level.run(Votes { matches, similarity, squared });
+                if votes > most {
+                    (best, most) = (Some(similarity), votes);
+                }
+            }
+        }
+        best
+    }
+}
+
+fn agreeing<T: Real>(matches: &Matches<T>, similarity: Similarity, squared: f64) -> Vec<usize> {
+    let agrees = |i: &usize| {
+        let (p, c) = matches.get(*i);
+        similarity.squared_residual(p, c) <= squared
+    };
+    (0..matches.len()).filter(agrees).collect()
+}
+
+/// Variance of a coordinate, px^2, of some matches.
+fn noise<T: Real>(matches: &Matches<T>, those: &[usize], similarity: Similarity) -> f64 {
+    let residual = |i: &usize| {
+        let (p, c) = matches.get(*i);
+        similarity.squared_residual(p, c)
+    };
+    those.iter().map(residual).sum::<f64>() / (2 * those.len()) as f64
+}
+
+/// Whether positions are those of pixels, of a picture or of a smaller copy of it: then many do not change at all, and the
+/// others change by too much. Errors are then as large as such a step, and only their mean says how far the body moved.
+fn is_rounded<T: Real>(matches: &Matches<T>) -> bool {
+    let same = |i: usize| {
+        let (p, c) = matches.get(i);
+        usize::from(p[0] == c[0]) + usize::from(p[1] == c[1])
+    };
+    let unchanged: usize = (0..matches.len()).map(same).sum();
+    unchanged as f64 > UNCHANGED * (2 * matches.len()) as f64
+}
+
+/// Counts the matches that agree.
+struct Votes<'m, T> {
+    matches: &'m Matches<T>,
+    similarity: Similarity,
+    squared: f64,
+}
+
+impl<T: Real> Kernel for Votes<'_, T> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, simd: I) -> usize {
+        let Votes { matches, similarity, squared } = self;
+        let mut votes = 0;
+        for [x0, y0, x1, y1] in matches.blocks() {
+            let residual = std::array::from_fn(|lane| {
+                let (p, c) = ([x0[lane].wide(), y0[lane].wide()], [x1[lane].wide(), y1[lane].wide()]);
+                similarity.squared_residual(p, c)
+            });
+            votes += f64::within(simd, &residual, &[0.0; LANES], &[squared; LANES]).count_ones() as usize;
+        }
+        votes
+    }
+}
+
+/// The generator `SplitMix64` [Steele, Lea and Flood 2014].
+struct SplitMix64(u64);
+
+impl SplitMix64 {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ (mixed >> 31)
+    }
+
+    /// Two numbers below others, both of at most 32 bits, from the upper and the lower half of one.
+    fn below(&mut self, first: usize, second: usize) -> (usize, usize) {
+        let bits = self.next();
+        let scaled = |half: u64, limit: usize| {
+            #[allow(clippy::cast_possible_truncation, reason = "it is below the limit")]
+            let below = ((half * limit as u64) >> 32) as usize;
+            below
+        };
+        (scaled(bits >> 32, first), scaled(bits & 0xffff_ffff, second))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SplitMix64;
+
+    #[test]
+    fn the_generator_is_the_published_one() {
+        let mut random = SplitMix64(1_234_567);
+        assert_eq!([random.next(), random.next()], [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]);
+    }
+}

@@ -1,0 +1,99 @@
+//! A similarity between two pictures: scale, turn and shift at once.
+
+use super::matches::Matches;
+use super::pairs::SAME_SPOT;
+use crate::real::Real;
+
+/// `now = turn before + shift`, points and the turn being complex numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Similarity {
+    pub turn: [f64; 2],
+    pub shift: [f64; 2],
+}
+
+/// Matches about their centres.
+struct Centred {
+    before: [f64; 2],
+    now: [f64; 2],
+    /// Sum of squared distances from the centre, before.
+    size: f64,
+    /// Sum of the products of a point now and the conjugate of the point before.
+    product: [f64; 2],
+}
+
+impl Centred {
+    /// None of no matches, and of matches that are on one spot on average. Sums are taken in order.
+    fn of<T: Real>(matches: &Matches<T>) -> Option<Self> {
+        let count = matches.len() as f64;
+        let [mut before, mut now] = [[0.0; 2]; 2];
+        for i in 0..matches.len() {
+            let (p, c) = matches.get(i);
+            (before, now) = (plus(before, p), plus(now, c));
+        }
+        (before, now) = (before.map(|sum| sum / count), now.map(|sum| sum / count));
+        let (mut size, mut product) = (0.0, [0.0; 2]);
+        for i in 0..matches.len() {
+            let (p, c) = matches.get(i);
+            let (p, c) = (minus(p, before), minus(c, now));
+            size += p[0] * p[0] + p[1] * p[1];
+            product = plus(product, [p[0] * c[0] + p[1] * c[1], p[0] * c[1] - p[1] * c[0]]);
+        }
+        (size > SAME_SPOT * count).then_some(Centred { before, now, size, product })
+    }
+}
+
+impl Similarity {
+    /// That of the least squared distances in the later picture.
+    pub(super) fn fitted<T: Real>(matches: &Matches<T>) -> Option<Self> {
+        let Centred { before, now, size, product } = Centred::of(matches)?;
+        Some(Self::about(product.map(|part| part / size), before, now))
+    }
+
+    /// That which takes two points where they went.
+    pub(super) fn through<T: Real>(matches: &Matches<T>, i: usize, j: usize) -> Option<Self> {
+        let ((before, now), (p, c)) = (matches.get(i), matches.get(j));
+        let (p, c) = (minus(p, before), minus(c, now));
+        let size = p[0] * p[0] + p[1] * p[1];
+        let product = [p[0] * c[0] + p[1] * c[1], p[0] * c[1] - p[1] * c[0]];
+        (size > SAME_SPOT).then(|| Self::about(product.map(|part| part / size), before, now))
+    }
+
+    fn about(turn: [f64; 2], before: [f64; 2], now: [f64; 2]) -> Self {
+        let moved = [turn[0] * before[0] - turn[1] * before[1], turn[0] * before[1] + turn[1] * before[0]];
+        Similarity { turn, shift: minus(now, moved) }
+    }
+
+    /// How many times as large it makes things.
+    pub(super) fn scale(self) -> f64 {
+        (self.turn[0] * self.turn[0] + self.turn[1] * self.turn[1]).sqrt()
+    }
+
+    /// How far a match is from where it should be now, squared.
+    #[inline(always)]
+    pub(super) fn squared_residual(self, p: [f64; 2], c: [f64; 2]) -> f64 {
+        let x = self.turn[0] * p[0] - self.turn[1] * p[1] + self.shift[0] - c[0];
+        let y = self.turn[0] * p[1] + self.turn[1] * p[0] + self.shift[1] - c[1];
+        x * x + y * y
+    }
+}
+
+/// Standard error of a scale: how far the matches are from it, by the best turn and shift, over how far apart they are.
+pub(super) fn spread<T: Real>(matches: &Matches<T>, scale: f64) -> f64 {
+    let freedom = (2 * matches.len()).saturating_sub(4);
+    let Some(Centred { before, now, size, product }) = Centred::of(matches).filter(|_| freedom > 0) else {
+        return f64::NAN;
+    };
+    let length = (product[0] * product[0] + product[1] * product[1]).sqrt();
+    let turn = if length > 0.0 { product.map(|part| part / length * scale) } else { [scale, 0.0] };
+    let best = Similarity::about(turn, before, now);
+    let squared: f64 = (0..matches.len()).map(|i| matches.get(i)).map(|(p, c)| best.squared_residual(p, c)).sum();
+    (squared / freedom as f64 / size).sqrt()
+}
+
+fn plus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] + b[0], a[1] + b[1]]
+}
+
+fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}

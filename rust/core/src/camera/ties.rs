@@ -1,0 +1,255 @@
+//! The exact median where many ratios are the same, or almost.
+//!
+//! Positions on the pixels of a picture, and a thing that hardly moves, make ratios of exactly 1 by the thousand. So the ends
+//! of a bracket are values of a sample here, every quotient is computed in float64, and those equal to an end are counted, not
+//! kept. Such a pass takes several times one of [`count`](super::count), and one or two are enough.
+
+use super::bracket::{Bracket, Middle, in_order};
+use super::matches::{Block, Matches};
+use super::pairs::{Ratio, Rule, quotients};
+use super::search::Search;
+use super::strips::{Look, Pairs, Part};
+use super::tiles::Places;
+use super::undecided::Undecided;
+use crate::lanes::{LANES, Lanes, least};
+use crate::real::Real;
+use crate::simd::{Instructions, Kernel};
+use crate::threads::pieces;
+
+/// About how many groups of pairs a sample has.
+const SAMPLE: usize = 256;
+/// Values inside a bracket are kept, from at most so many groups of pairs.
+const ROOM: usize = 1 << 18;
+/// How far the ends are from where the value should be, in standard deviations of the rank of a sample's median.
+const DEVIATIONS: f64 = 3.0;
+/// Fewer double strips than this are not worth a thread of their own.
+const LEAST_PIECE: usize = 128;
+
+/// The median; none if no pair counts.
+pub(super) fn median<T: Real>(search: &Search<'_, T>) -> Option<Ratio> {
+    let mut region = Region::ALL;
+    loop {
+        let sides = search.split(search.ends(region)?);
+        let middle = Middle::of(sides.count());
+        match sides.value_at(middle.low) {
+            Some(low) => {
+                let high = sides.value_at(middle.high);
+                let high = high.unwrap_or_else(|| search.split(Bracket { low, high: low }).next);
+                return Some(Ratio::between(low, high, sides.count()));
+            }
+            None => region = sides.region_of(middle.low, region),
+        }
+    }
+}
+
+/// The values strictly between two others.
+#[derive(Clone, Copy)]
+struct Region {
+    open: Bracket,
+    /// How many values come before them.
+    before: usize,
+    /// How many of them come before the one looked for, of 1.
+    share: f64,
+}
+
+impl Region {
+    /// All values, with the median in the middle.
+    const ALL: Region = Region { open: Bracket { low: -1.0, high: f64::INFINITY }, before: 0, share: 0.5 };
+}
+
+impl<T: Real> Search<'_, T> {
+    /// Two values of the region between which the one looked for should be; none if the region has no values.
+    fn ends(&self, region: Region) -> Option<Bracket> {
+        let (matches, rule) = (self.sampled, self.rule);
+        let n = matches.len();
+        let sample_of = |every| {
+            let part = Part { double_strips: 0..Part::double_strips(n), every };
+            self.level.run(Split { matches, places: &[], rule, bracket: region.open, part }).kept
+        };
+        let mut sample = sample_of((n * n / (2 * LANES) / SAMPLE).max(1));
+        if sample.is_empty() {
+            sample = sample_of(1);
+        }
+        sample.sort_unstable_by_key(in_order);
+        let last = sample.len().checked_sub(1)?;
+        let margin = DEVIATIONS * 0.5 * (sample.len() as f64).sqrt();
+        let place = region.share * last as f64;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number of at least 0")]
+        let at = |place: f64| sample[(place.max(0.0) as usize).min(last)];
+        Some(Bracket { low: at((place - margin).floor()), high: at((place + margin).ceil()) })
+    }
+
+    /// What lies on each side of two values.
+    fn split(&self, bracket: Bracket) -> Sides {
+        let sides = pieces(self.threads, Part::double_strips(self.matches.len()), LEAST_PIECE, |double_strips| {
+            let part = Part { double_strips, every: 1 };
+            let (matches, places, rule) = (self.matches, self.places, self.rule);
+            self.level.run(Split { matches, places, rule, bracket, part })
+        });
+        sides.into_iter().reduce(Sides::with).expect("there is at least one piece")
+    }
+}
+
+/// How many values lie where.
+struct Sides {
+    bracket: Bracket,
+    below: usize,
+    at_low: usize,
+    /// Strictly inside.
+    inside: usize,
+    /// Those inside, or the first of them if they are too many.
+    kept: Vec<f64>,
+    /// 0 if both ends are the same.
+    at_high: usize,
+    above: usize,
+    /// The least above.
+    next: f64,
+}
+
+impl Sides {
+    /// These and others.
+    fn with(mut self, other: Self) -> Self {
+        self.below += other.below;
+        self.at_low += other.at_low;
+        self.inside += other.inside;
+        self.kept.extend(other.kept);
+        self.at_high += other.at_high;
+        self.above += other.above;
+        self.next = self.next.min(other.next);
+        self
+    }
+
+    /// The value of a rank, if it is known.
+    fn value_at(&self, rank: usize) -> Option<f64> {
+        let Bracket { low, high } = self.bracket;
+        let rank = rank.checked_sub(self.below)?;
+        let Some(inside) = rank.checked_sub(self.at_low) else { return Some(low) };
+        let Some(beyond) = inside.checked_sub(self.inside) else {
+            let complete = self.kept.len() == self.inside;
+            return complete.then(|| *self.kept.clone().select_nth_unstable_by_key(inside, in_order).1);
+        };
+        match beyond.checked_sub(self.at_high) {
+            None => Some(high),
+            Some(0) => Some(self.next),
+            Some(_) => None,
+        }
+    }
+
+    /// How many values there are.
+    fn count(&self) -> usize {
+        self.below + self.at_low + self.inside + self.at_high + self.above
+    }
+
+    /// Where in the region that was looked at a rank lies whose value is not known.
+    fn region_of(&self, rank: usize, looked: Region) -> Region {
+        let Bracket { low, high } = self.bracket;
+        let beyond = self.count() - self.above;
+        let (open, before, behind) = if rank < self.below {
+            (Bracket { low: looked.open.low, high: low }, looked.before, self.below)
+        } else if rank < beyond {
+            (self.bracket, self.below + self.at_low, beyond - self.at_high)
+        } else {
+            (Bracket { low: high, high: looked.open.high }, beyond, self.count())
+        };
+        Region { open, before, share: (rank - before) as f64 / (behind - before) as f64 }
+    }
+}
+
+/// Splits the quotients of pairs at two values.
+struct Split<'m, T> {
+    matches: &'m Matches<T>,
+    places: &'m [Places<T>],
+    rule: Rule,
+    bracket: Bracket,
+    part: Part,
+}
+
+impl<T: Real> Kernel for Split<'_, T> {
+    type Output = Sides;
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, simd: I) -> Sides {
+        let Split { matches, places, rule, bracket, part } = self;
+        let mut inside = Undecided::new(&part, matches.len(), ROOM);
+        let mut splitting = Splitting { rule, tally: Tally::new(bracket), inside: &mut inside };
+        let least = T::not_above(rule.least * (1.0 - T::SLACK.wide()));
+        Pairs { matches, places, least, part }.each(simd, &mut splitting);
+        let tally = splitting.tally;
+        tally.sides(inside.decided(matches, rule))
+    }
+}
+
+struct Splitting<'u> {
+    rule: Rule,
+    tally: Tally,
+    inside: &'u mut Undecided,
+}
+
+impl<T: Real> Look<T> for Splitting<'_> {
+    #[inline(always)]
+    fn look<I: Instructions>(&mut self, simd: I, i: usize, from: [T; 4], j: usize, block: &Block<T>) {
+        let inside = self.tally.add(simd, &quotients(block, from, self.rule));
+        self.inside.note(i, j, inside);
+    }
+
+    #[inline(always)]
+    fn goes_on(&mut self) -> bool {
+        self.inside.is_overflown(); // what is counted is counted
+        true
+    }
+}
+
+/// What has been counted, by lanes; exact, as there are fewer than 2^53 pairs.
+struct Tally {
+    bracket: Bracket,
+    below: Lanes<f64>,
+    at_low: Lanes<f64>,
+    inside: Lanes<f64>,
+    at_high: Lanes<f64>,
+    above: Lanes<f64>,
+    next: Lanes<f64>,
+}
+
+impl Tally {
+    #[inline(always)]
+    fn new(bracket: Bracket) -> Self {
+        let zero = [0.0; LANES];
+        let next = [f64::INFINITY; LANES];
+        Tally { bracket, below: zero, at_low: zero, inside: zero, at_high: zero, above: zero, next }
+    }
+
+    /// Count values, but NaN, and give the bits of those strictly inside.
+    #[inline(always)]
+    fn add<I: Instructions>(&mut self, simd: I, values: &Lanes<f64>) -> u16 {
+        let Bracket { low, high } = self.bracket;
+        let one_if = |condition: bool| if condition { 1.0 } else { 0.0 };
+        let mut inside = [f64::NAN; LANES];
+        for lane in 0..LANES {
+            let value = values[lane];
+            let is_inside = (value > low) & (value < high);
+            self.below[lane] += one_if(value < low);
+            self.at_low[lane] += one_if(value == low);
+            self.inside[lane] += one_if(is_inside);
+            self.at_high[lane] += one_if((value == high) & (low < high));
+            self.above[lane] += one_if(value > high);
+            self.next[lane] = if (value > high) & (value < self.next[lane]) { value } else { self.next[lane] };
+            inside[lane] = if is_inside { value } else { f64::NAN };
+        }
+        f64::within(simd, &inside, &[low; LANES], &[high; LANES])
+    }
+
+    fn sides(self, kept: Vec<f64>) -> Sides {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let sum = |counts: Lanes<f64>| counts.iter().sum::<f64>() as usize;
+        Sides {
+            bracket: self.bracket,
+            below: sum(self.below),
+            at_low: sum(self.at_low),
+            inside: sum(self.inside),
+            kept,
+            at_high: sum(self.at_high),
+            above: sum(self.above),
+            next: least(self.next),
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! The camera functions, their estimators and their result.
+
+use crate::errors::value_error;
+use crate::gil::release;
+use crate::points::{AnyPixels, Pixels};
+use crate::settings::{Setting, settings};
+use crate::{enums, level};
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use ttc_fast_core::camera::{self, Estimator, Keypoints};
+
+settings! {
+    /// The median of all pairs' ratios of distances, exactly.
+    ///
+    /// The plain published method. Survives mismatches in up to a quarter or so of the matches, as each spoils all pairs that it
+    /// is in. Positions that are rounded to pixels (ORB, FAST, BRISK) pull it towards 1: of a thing that moved by less than a
+    /// pixel, most points did not move at all.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> corners = np.array([[500.0, 150.0], [700.0, 150.0], [700.0, 300.0], [500.0, 300.0]])
+    /// >>> round(ttc_fast.ttc_from_keypoints(corners, 1.05 * corners, 0.1, estimator=ttc_fast.MedianRatio()).scale, 6)
+    /// 1.05
+    MedianRatio(), "()" => Estimator: Estimator::MedianRatio
+}
+
+settings! {
+    /// The mean of all pairs' ratios of distances, without a share of the lowest and the same share of the highest.
+    ///
+    /// Between the plain mean (0) and the median (towards 0.5).
+    ///
+    /// Parameters
+    /// ----------
+    /// share : float
+    ///     In [0, 0.5).
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If ``share`` is out of its range or NaN.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> corners = np.array([[500.0, 150.0], [700.0, 150.0], [700.0, 300.0], [500.0, 300.0]])
+    /// >>> trimmed = ttc_fast.TrimmedMeanRatio(0.25)
+    /// >>> round(ttc_fast.ttc_from_keypoints(corners, 1.05 * corners, 0.1, estimator=trimmed).scale, 6)
+    /// 1.05
+    TrimmedMeanRatio(share: f64 = 0.25), "(share=0.25)" => Estimator: Estimator::TrimmedMeanRatio(share)
+}
+
+settings! {
+    /// The scale of the similarity (scale, turn and shift) that fits all matches best by least squares.
+    ///
+    /// Time linear in the number of matches, and no outlier survived: for matches that are known to be clean. It looks at
+    /// positions, not at pairs: ``min_distance`` does not matter to it.
+    ///
+    /// Notes
+    /// -----
+    /// The absolute value of sum((now - mean) conj(before - mean)) / sum(abs(before - mean)^2), positions being complex
+    /// [Umeyama 1991].
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> corners = np.array([[500.0, 150.0], [700.0, 150.0], [700.0, 300.0], [500.0, 300.0]])
+    /// >>> round(ttc_fast.ttc_from_keypoints(corners, 1.05 * corners, 0.1, estimator=ttc_fast.LeastSquares()).scale, 6)
+    /// 1.05
+    LeastSquares(), "()" => Estimator: Estimator::LeastSquares
+}
+
+settings! {
+    /// The mean ratio of distances of the matches that move as one body. The default.
+    ///
+    /// Background and mismatches do not move with the body ahead. The similarity (scale, turn and shift) that most matches agree
+    /// with is looked for by two matches at a time, and refined by least squares until its matches are those that agree with it.
+    /// What is left has no outliers, so all pairs are averaged.
+    ///
+    /// Parameters
+    /// ----------
+    /// tolerance : float
+    ///     A match farther than this from where it should be, px, never belongs to the body. The default is what rounding to
+    ///     pixels can do at the coarsest of eight pyramid levels 1.2 apart, as ORB has them: 1.2^7 px in x and in y, 5.1 px.
+    /// trials : int
+    ///     How many pairs of matches are tried, at most 1,000,000. 200 find a body that has 3 of 10 matches in all but one of
+    ///     10^8 cases.
+    /// seed : int
+    ///     Of the choice of those pairs: the same matches and seed give the same answer. At least 0.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If a setting is out of its range.
+    ///
+    /// Notes
+    /// -----
+    /// Agreement is first within ``tolerance``, then within the circle that 95 % of normal errors of the matches so far are in
+    /// (2.45 standard deviations of a coordinate; at least 0.1 px), and no match belongs for being one of two. Where more than a
+    /// tenth of all coordinates do not change at all, positions are rounded to pixels. Errors are then as large as the step
+    /// between two pixels, so the tolerance stays what it is, and the mean takes in all that stayed and all that jumped: only
+    /// together they say how far the body moved.
+    ///
+    /// Pairs are drawn by the generator SplitMix64 [Steele, Lea and Flood 2014]. Random sample consensus is of [Fischler and
+    /// Bolles 1981].
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> before = np.random.default_rng(0).uniform(500.0, 700.0, (60, 2))
+    /// >>> now = 1.05 * before
+    /// >>> now[:20] += 40.0                                   # a third belongs to something else
+    /// >>> seen = ttc_fast.ttc_from_keypoints(before, now, 0.1, estimator=ttc_fast.Consensus())
+    /// >>> round(seen.ttc, 6), seen.matches, seen.support
+    /// (2.0, 60, 40)
+    Consensus(tolerance: f64 = 5.0, trials: usize = 200, seed: u64 = 0), "(tolerance=5.0, trials=200, seed=0)" =>
+        Estimator: Estimator::Consensus { tolerance, trials, seed }
+}
+
+/// Time-to-collision from matched keypoints, and what it rests on.
+///
+/// Attributes
+/// ----------
+/// ttc : float
+///     s, in [0, inf]; inf where nothing closes or too little is known.
+/// status : Status
+///     CLOSING: the scale is above 1. NOT_CLOSING: it is not. TOO_FEW: there are matches, and too few of them, or no pair of
+///     them that counts, for a scale. NO_DATA: there is no match that counts.
+/// scale : float
+///     How many times as large the thing looks now: distance before over distance now. NaN with TOO_FEW and NO_DATA.
+/// spread : float
+///     Standard error of the scale, as that of a least-squares fit to the matches in support: the root mean square distance of
+///     a match from where the scale puts it, per coordinate, over the root of the sum of squared distances from their centre.
+///     Mismatches count in full, unless the estimator leaves them out: a large one says that the matches disagree. NaN with
+///     fewer than three matches in support.
+/// pairs : int
+///     Ratios of distances that the scale rests on; 0 for an estimator that needs none.
+/// matches : int
+///     Matches that count.
+/// support : int
+///     How many of them stand behind the scale; all, unless the estimator leaves some out.
+#[pyclass(frozen, module = "ttc_fast")]
+pub struct KeypointTTC(camera::KeypointTtc);
+
+#[pymethods]
+impl KeypointTTC {
+    #[getter]
+    fn ttc(&self) -> f64 {
+        self.0.ttc
+    }
+
+    #[getter]
+    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        enums::status(py, self.0.status)
+    }
+
+    #[getter]
+    fn scale(&self) -> f64 {
+        self.0.scale
+    }
+
+    #[getter]
+    fn spread(&self) -> f64 {
+        self.0.spread
+    }
+
+    #[getter]
+    fn pairs(&self) -> usize {
+        self.0.pairs
+    }
+
+    #[getter]
+    fn matches(&self) -> usize {
+        self.0.matches
+    }
+
+    #[getter]
+    fn support(&self) -> usize {
+        self.0.support
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let camera::KeypointTtc { ttc, scale, spread, pairs, matches, support, .. } = self.0;
+        let status = self.status(py)?.getattr("name")?;
+        Ok(format!(
+            "KeypointTTC(ttc={ttc:.4}, status={status}, scale={scale:.6}, spread={spread:.6}, pairs={pairs}, \
+             matches={matches}, support={support})"
+        ))
+    }
+}
+
+/// Time-to-collision by how many times as large a thing looks as ``dt`` seconds before.
+///
+/// Parameters
+/// ----------
+/// scale : float
+///     Size now over size before, of anything that keeps its size and is seen from the same side: above 1 when it comes closer.
+/// dt : float
+///     Time between the two, s, from their stamps.
+///
+/// Returns
+/// -------
+/// float
+///     ``dt / (scale - 1)``, s, from the later one on; inf when it does not grow.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If ``scale`` is not above 0 and finite, or ``dt`` is not above 0 and finite.
+///
+/// Notes
+/// -----
+/// Sizes in a picture go with 1 / distance, so that the scale is d0 / d1, and the speed stays what it was: TTC = d1 dt /
+/// (d0 - d1) = dt / (scale - 1).
+///
+/// Examples
+/// --------
+/// >>> import ttc_fast
+/// >>> round(ttc_fast.ttc_from_scale(1.05, 0.1), 6)
+/// 2.0
+#[pyfunction]
+pub fn ttc_from_scale(scale: f64, dt: f64) -> PyResult<f64> {
+    camera::ttc_from_scale(scale, dt).map_err(value_error)
+}
+
+/// Time-to-collision by two heights of the same thing in the picture, ``dt`` seconds apart.
+///
+/// Parameters
+/// ----------
+/// previous, current : float
+///     Of a box around the thing, px, or any one size of it that is measured the same way twice.
+/// dt : float
+///     Time between the two, s, from their stamps.
+///
+/// Returns
+/// -------
+/// float
+///     ``previous dt / (current - previous)``, s, from the later picture on; inf when it does not grow.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If a height is not above 0 and finite, or ``dt`` is not above 0 and finite.
+///
+/// Notes
+/// -----
+/// As ``ttc_from_scale`` with scale = current / previous. A detector's box is off by pixels, and at 0.1 s a pixel is about what
+/// a car grows by: heights want frames farther apart.
+///
+/// Examples
+/// --------
+/// >>> import ttc_fast
+/// >>> round(ttc_fast.ttc_from_heights(100.0, 105.0, 0.1), 6)
+/// 2.0
+#[pyfunction]
+pub fn ttc_from_heights(previous: f64, current: f64, dt: f64) -> PyResult<f64> {
+    camera::ttc_from_heights(previous, current, dt).map_err(value_error)
+}
+
+/// Time-to-collision by keypoints matched between two pictures taken ``dt`` seconds apart, with no distance at all.
+///
+/// Parameters
+/// ----------
+/// previous, current : ndarray
+///     x and y of each match in the earlier and in the later picture, px: shape (N, 2), or (N, 1, 2) as OpenCV has them;
+///     float32 or float64, the same in both, read in place whatever the stride and alignment. Row i of one is matched to
+///     row i of the other. They should be of one thing, such as those in a detector's box: what else is among them has to be
+///     outvoted. A match with a NaN, an inf or a coordinate beyond 1e9 px never counts.
+/// dt : float
+///     Time between the two, s, from their stamps.
+/// min_distance : float
+///     Pairs of matches count only if they are at least so far apart in the later picture, px: an error of a pixel weighs the
+///     less the farther they are. A thing smaller than this in the picture has no pair that counts, which is TOO_FEW.
+/// estimator : estimator object, optional
+///     How mismatches and background are survived: ``Consensus``, ``MedianRatio``, ``TrimmedMeanRatio`` or ``LeastSquares``;
+///     by default ``Consensus()``.
+/// threads : int
+///     How many threads may share the work of ``MedianRatio``; worth it from about 2000 matches. The answer does not depend on
+///     it.
+///
+/// Returns
+/// -------
+/// KeypointTTC
+///     ``ttc``, ``status``, ``scale``, ``spread``, ``pairs``, ``matches`` and ``support``.
+///
+/// Raises
+/// ------
+/// TypeError
+///     If the positions have another dtype, or the estimator is of the wrong kind.
+/// ValueError
+///     If the positions have another shape or differ in number, ``dt`` is not above 0 and finite, ``min_distance`` is negative
+///     or not finite, or ``threads`` is below 1.
+///
+/// Notes
+/// -----
+/// A pair i < j counts if it was apart (by more than 2^-52 px) and is at least ``min_distance`` apart now, and its ratio is the
+/// root of the quotient of the squared distances, in float64. TTC = dt / (scale - 1) [Udacity's sensor fusion course].
+///
+/// The scale is that of the points themselves: the far end of a long body grows less than the near one.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, ttc_fast
+/// >>> corners = np.array([[500.0, 150.0], [700.0, 150.0], [700.0, 300.0], [500.0, 300.0]])
+/// >>> seen = ttc_fast.ttc_from_keypoints(corners, 1.05 * corners, 0.1)
+/// >>> round(seen.ttc, 6), seen.status.name, seen.pairs
+/// (2.0, 'CLOSING', 6)
+#[pyfunction]
+#[pyo3(signature = (previous, current, dt, *, min_distance=100.0, estimator=None, threads=1))]
+pub fn ttc_from_keypoints(
+    py: Python<'_>,
+    previous: &Bound<'_, PyAny>,
+    current: &Bound<'_, PyAny>,
+    dt: f64,
+    min_distance: f64,
+    estimator: Option<&Bound<'_, PyAny>>,
+    threads: i64,
+) -> PyResult<KeypointTTC> {
+    let threads = crate::threads(threads)?;
+    let estimator = estimator.map_or(Ok(Estimator::default()), self::estimator)?;
+    let (previous, current) = (Pixels::view("previous", previous)?, Pixels::view("current", current)?);
+    let (previous, current) = (previous.positions(), current.positions());
+    let level = level::current();
+    let found = release(py, 2 * previous.len() * previous.len(), || match (previous, current) {
+        (AnyPixels::Single(previous), AnyPixels::Single(current)) => {
+            let keypoints = Keypoints { previous, current };
+            Some(camera::ttc_from_keypoints(keypoints, dt, min_distance, estimator, level, threads))
+        }
+        (AnyPixels::Double(previous), AnyPixels::Double(current)) => {
+            let keypoints = Keypoints { previous, current };
+            Some(camera::ttc_from_keypoints(keypoints, dt, min_distance, estimator, level, threads))
+        }
+        _ => None,
+    });
+    let found = found.ok_or_else(|| {
+        let dtypes = [previous.dtype(), current.dtype()].join(" and ");
+        PyTypeError::new_err(format!("previous and current must have the same dtype, got {dtypes}"))
+    })?;
+    found.map(KeypointTTC).map_err(value_error)
+}
+
+/// `estimator=...`.
+fn estimator(object: &Bound<'_, PyAny>) -> PyResult<Estimator> {
+    macro_rules! one_of {
+        ($($name:ident),*) => {
+            $(if let Ok(estimator) = object.cast::<$name>() {
+                return Ok(estimator.get().core());
+            })*
+        };
+    }
+    one_of!(Consensus, MedianRatio, TrimmedMeanRatio, LeastSquares);
+    Err(PyTypeError::new_err(format!(
+        "estimator must be an estimator object such as Consensus() or MedianRatio(), got {object}"
+    )))
+}
