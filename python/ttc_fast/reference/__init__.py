@@ -61,6 +61,7 @@ from ttc_fast._core import (
     SlidingParabola,
     Supported,
     TheilSen,
+    TrimmedMeanRatio,
 )
 from ttc_fast.brake import (
     BrakeController,
@@ -74,7 +75,6 @@ from ttc_fast.brake import (
     RssDistance,
     StoppingDistance,
     SweptPathThreshold,
-    TrimmedMeanRatio,
 )
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.bare import ittc
