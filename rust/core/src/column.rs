@@ -304,6 +304,18 @@ impl<'a, T: Copy> ColumnMut<'a, T> {
         self.len == 0
     }
 
+    /// The same column, for a while.
+    #[must_use]
+    pub fn reborrow(&mut self) -> ColumnMut<'_, T> {
+        ColumnMut { memory: PhantomData, ..*self }
+    }
+
+    /// The same numbers as one piece of memory, if they are one.
+    #[must_use]
+    pub fn dense(&mut self) -> Option<DenseMut<'_, T>> {
+        (self.stride == step::<T>()).then_some(DenseMut(self.reborrow()))
+    }
+
     /// Write numbers `at .. at + N`; those past the end are dropped.
     #[inline(always)]
     pub fn set_lanes<const N: usize>(&mut self, at: usize, values: [T; N]) {
@@ -317,6 +329,47 @@ impl<'a, T: Copy> ColumnMut<'a, T> {
                 unsafe { self.start.offset(offset).cast::<T>().write_unaligned(value) }
             }
         }
+    }
+}
+
+/// A [`ColumnMut`] without gaps: lanes are one store.
+#[derive(Debug)]
+pub struct DenseMut<'a, T>(ColumnMut<'a, T>);
+
+/// Numbers that a kernel writes several at a time.
+pub trait Sink<T> {
+    /// Write numbers `at .. at + N`.
+    ///
+    /// # Panics
+    /// When that is past the end of a dense output.
+    fn put<const N: usize>(&mut self, at: usize, values: [T; N]);
+    /// Write numbers `at .. at + N`; those past the end are dropped. For the last few.
+    fn put_last<const N: usize>(&mut self, at: usize, values: [T; N]);
+}
+
+impl<T: Copy> Sink<T> for ColumnMut<'_, T> {
+    #[inline(always)]
+    fn put<const N: usize>(&mut self, at: usize, values: [T; N]) {
+        self.set_lanes(at, values);
+    }
+
+    #[inline(always)]
+    fn put_last<const N: usize>(&mut self, at: usize, values: [T; N]) {
+        self.set_lanes(at, values);
+    }
+}
+
+impl<T: Copy> Sink<T> for DenseMut<'_, T> {
+    #[inline(always)]
+    fn put<const N: usize>(&mut self, at: usize, values: [T; N]) {
+        assert!(N <= self.0.len && at <= self.0.len - N, "lanes past the end");
+        // SAFETY: at + N <= len was just checked, and `dense` checked that the numbers are one piece of memory.
+        unsafe { self.0.start.add(at * size_of::<T>()).cast::<[T; N]>().write_unaligned(values) }
+    }
+
+    #[inline(always)]
+    fn put_last<const N: usize>(&mut self, at: usize, values: [T; N]) {
+        self.0.set_lanes(at, values);
     }
 }
 
@@ -424,7 +477,7 @@ const fn step<T>() -> isize {
 
 #[cfg(test)]
 mod tests {
-    use super::{Column, ColumnMut, Source};
+    use super::{Column, ColumnMut, Sink, Source};
 
     #[test]
     fn packed_records_reversed_and_unaligned() {
@@ -445,6 +498,27 @@ mod tests {
         let mut out = [0.0_f64; 5];
         ColumnMut::new(&mut out).set_lanes(3, [1.0; 4]);
         assert_eq!(out, [0.0, 0.0, 0.0, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn a_dense_output_is_written_like_any_other() {
+        let (mut out, mut packed) = ([0.0_f64; 6], [0.0_f64; 11]);
+        let mut column = ColumnMut::new(&mut out);
+        let mut dense = column.dense().unwrap();
+        dense.put(0, [1.0, 2.0, 3.0, 4.0]);
+        dense.put_last(4, [5.0, 6.0, 7.0, 8.0]);
+        assert_eq!(out, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        // SAFETY: six floats, every second one of eleven.
+        let mut apart = unsafe { ColumnMut::<f64>::from_raw(packed.as_mut_ptr().cast(), 6, 16) };
+        assert!(apart.dense().is_none());
+        apart.put_last(4, [5.0, 6.0, 7.0, 8.0]);
+        assert_eq!(packed[8..], [5.0, 0.0, 6.0]);
+    }
+
+    #[test]
+    #[should_panic = "lanes past the end"]
+    fn a_dense_output_has_an_end() {
+        ColumnMut::new(&mut [0.0_f32; 7]).dense().unwrap().put(4, [1.0; 4]);
     }
 
     #[test]

@@ -26,12 +26,14 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 /// `value`, if it is a finite number.
+#[inline(always)]
 pub(crate) fn finite(argument: &'static str, value: f64) -> Result<f64, Error> {
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::new(argument, format!("must be a finite number, got {value}")))
-    }
+    if value.is_finite() { Ok(value) } else { Err(not_finite(argument, value)) }
+}
+
+#[cold]
+fn not_finite(argument: &'static str, value: f64) -> Error {
+    Error::new(argument, format!("must be a finite number, got {value}"))
 }
 
 /// `value`, if it is a finite number of at least 0.

@@ -2,7 +2,7 @@
 
 use crate::column::{Column, ColumnMut, Source};
 use crate::error::Error;
-use crate::lanes::{LANES, Lanes, each};
+use crate::lanes::{LANES, Lanes, each, lanes};
 use crate::real::Real;
 use crate::scan::ttc;
 use crate::simd::{Instructions, Kernel, Level};
@@ -131,10 +131,11 @@ impl<T: Real, S, V> EachBeam<'_, '_, T, S, V> {
     fn group(&mut self, at: usize, ranges: Lanes<T>, speeds: Lanes<T>) {
         let ranges = each(ranges, sensible);
         let closing = each(speeds, |v| finite(v * self.sign));
-        self.out.set_lanes(at, ttc(ranges, closing, self.min_closing_speed));
+        let least = self.min_closing_speed;
+        let times: Lanes<T> = lanes(|lane| ttc(ranges[lane], closing[lane], least));
+        self.out.set_lanes(at, times);
         if let Some(status_out) = self.status_out.as_mut() {
-            let status: Lanes<u8> =
-                std::array::from_fn(|lane| status(ranges[lane], closing[lane], self.min_closing_speed) as u8);
+            let status: Lanes<u8> = lanes(|lane| status(ranges[lane], closing[lane], self.min_closing_speed) as u8);
             status_out.set_lanes(at, status);
         }
     }

@@ -6,18 +6,20 @@ pub const LANES: usize = 16;
 /// One group of lanes.
 pub type Lanes<T> = [T; LANES];
 
-/// `f` of each lane.
+/// `f` of the number of each lane. `std::array::from_fn` is not inlined into large kernels.
 #[inline(always)]
-pub(crate) fn each<T: Copy, U: Copy>(x: Lanes<T>, f: impl Fn(T) -> U) -> Lanes<U> {
-    std::array::from_fn(|lane| f(x[lane]))
+pub(crate) fn lanes<T: Copy + Default>(f: impl Fn(usize) -> T) -> Lanes<T> {
+    let mut lanes = [T::default(); LANES];
+    for lane in 0..LANES {
+        lanes[lane] = f(lane);
+    }
+    lanes
 }
 
-/// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
+/// `f` of each lane.
 #[inline(always)]
-pub(crate) fn keep_least<T: Copy + PartialOrd>(least: &mut Lanes<T>, x: Lanes<T>) {
-    for lane in 0..LANES {
-        least[lane] = if x[lane] < least[lane] { x[lane] } else { least[lane] };
-    }
+pub(crate) fn each<T: Copy, U: Copy + Default>(x: Lanes<T>, f: impl Fn(T) -> U) -> Lanes<U> {
+    lanes(|lane| f(x[lane]))
 }
 
 /// The smallest lane, in a fixed tree; no lane may be NaN.

@@ -7,6 +7,7 @@ use std::ops::{Add, Div, Mul, Sub};
 /// `f32` or `f64`: what a kernel needs to know of its element type.
 pub trait Real:
     Copy
+    + Default
     + std::fmt::Debug
     + PartialOrd
     + Add<Output = Self>
@@ -47,17 +48,14 @@ pub trait Real:
     fn within<I: Instructions>(simd: I, x: &Lanes<Self>, low: &Lanes<Self>, high: &Lanes<Self>) -> u16;
     /// Whether any of 16 points passes the sieve: no is certain.
     fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], sieve: &Sieve<Self>) -> bool;
+    /// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
+    fn keep_least<I: Instructions>(simd: I, least: &mut Lanes<Self>, x: &Lanes<Self>);
     /// Whether it is not a number.
     fn is_nan(self) -> bool;
-    /// Whether `low <= self <= high`, for `0 <= low <= high`.
-    ///
-    /// One comparison instead of two: bit patterns of floats from +0 up are ordered as the floats are, and those of
-    /// negative numbers and NaN lie above them all. Compilers keep one comparison in lanes better than two and an `&`.
-    fn between(self, low: Self, high: Self) -> bool;
 }
 
 macro_rules! real {
-    ($($float:ident $within:ident $may_pass:ident),*) => {$(
+    ($($float:ident $within:ident $may_pass:ident $keep_least:ident),*) => {$(
         impl Real for $float {
             const ZERO: Self = 0.0;
             const INFINITY: Self = $float::INFINITY;
@@ -104,35 +102,16 @@ macro_rules! real {
             }
 
             #[inline(always)]
-            fn is_nan(self) -> bool {
-                $float::is_nan(self)
+            fn keep_least<I: Instructions>(simd: I, least: &mut Lanes<Self>, x: &Lanes<Self>) {
+                simd.$keep_least(least, x);
             }
 
             #[inline(always)]
-            fn between(self, low: Self, high: Self) -> bool {
-                let bits = |x: $float| (x + 0.0).to_bits(); // adding 0 turns -0 into +0
-                bits(self).wrapping_sub(bits(low)) <= bits(high).wrapping_sub(bits(low))
+            fn is_nan(self) -> bool {
+                $float::is_nan(self)
             }
         }
     )*};
 }
 
-real!(f32 within_f32 may_pass_f32, f64 within_f64 may_pass_f64);
-
-#[cfg(test)]
-mod tests {
-    use super::Real;
-
-    #[test]
-    fn between_is_two_comparisons() {
-        let values =
-            [0.0, -0.0, 1e-45, 0.1, 1.0, f32::MAX, f32::INFINITY, f32::NAN, -f32::NAN, -1.0, f32::NEG_INFINITY];
-        for x in values {
-            for low in values.into_iter().filter(|low| *low >= 0.0) {
-                for high in values.into_iter().filter(|high| *high >= low) {
-                    assert_eq!(x.between(low, high), low <= x && x <= high, "{low} <= {x} <= {high}");
-                }
-            }
-        }
-    }
-}
+real!(f32 within_f32 may_pass_f32 keep_least_f32, f64 within_f64 may_pass_f64 keep_least_f64);

@@ -64,6 +64,25 @@ pub trait Instructions: Copy {
     fn may_pass_f64(self, _points: &[Lanes<f64>; 4], _sieve: &Sieve<f64>) -> bool {
         true
     }
+
+    /// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
+    #[inline(always)]
+    fn keep_least_f32(self, least: &mut Lanes<f32>, x: &Lanes<f32>) {
+        keep_least(least, x);
+    }
+
+    /// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
+    #[inline(always)]
+    fn keep_least_f64(self, least: &mut Lanes<f64>, x: &Lanes<f64>) {
+        keep_least(least, x);
+    }
+}
+
+#[inline(always)]
+fn keep_least<T: Copy + PartialOrd>(least: &mut Lanes<T>, x: &Lanes<T>) {
+    for lane in 0..LANES {
+        least[lane] = if x[lane] < least[lane] { x[lane] } else { least[lane] };
+    }
 }
 
 /// Bounds on points of four numbers, the same for each of four points, that cost an addition and a comparison a number.
@@ -118,6 +137,18 @@ impl Instructions for Baseline {
     fn may_pass_f32(self, points: &[Lanes<f32>; 4], sieve: &Sieve<f32>) -> bool {
         x86::may_pass_sse2_f32(points, sieve)
     }
+
+    #[inline(always)]
+    fn keep_least_f32(self, least: &mut Lanes<f32>, x: &Lanes<f32>) {
+        // SAFETY: every x86-64 processor has SSE2.
+        unsafe { x86::keep_least_sse2_f32(least, x) }
+    }
+
+    #[inline(always)]
+    fn keep_least_f64(self, least: &mut Lanes<f64>, x: &Lanes<f64>) {
+        // SAFETY: every x86-64 processor has SSE2.
+        unsafe { x86::keep_least_sse2_f64(least, x) }
+    }
 }
 
 impl Level {
@@ -168,7 +199,7 @@ impl Level {
     }
 
     /// Run `kernel`, compiled for this level.
-    #[inline]
+    #[inline(always)]
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
             Set::Baseline => kernel.run(Baseline),
@@ -221,14 +252,15 @@ mod x86 {
     use std::arch::x86_64::{
         __m256i, _CMP_GE_OQ, _CMP_LE_OQ, _mm_add_ps, _mm_and_pd, _mm_and_ps, _mm_castps_si128, _mm_cmpeq_epi32,
         _mm_cmpge_pd, _mm_cmpge_ps, _mm_cmpgt_epi32, _mm_cmple_pd, _mm_cmple_ps, _mm_loadu_pd, _mm_loadu_ps,
-        _mm_loadu_si128, _mm_movemask_epi8, _mm_movemask_pd, _mm_movemask_ps, _mm_or_si128, _mm_packs_epi16,
-        _mm_packs_epi32, _mm_set1_epi32, _mm_setzero_si128, _mm_xor_si128, _mm256_add_ps, _mm256_and_pd, _mm256_and_ps,
-        _mm256_castps_si256, _mm256_cmp_pd, _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_loadu_pd, _mm256_loadu_ps,
-        _mm256_loadu_si256, _mm256_min_epu32, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_or_si256,
-        _mm256_packs_epi16, _mm256_packs_epi32, _mm256_set1_epi32, _mm256_testz_si256, _mm512_add_pd, _mm512_add_ps,
+        _mm_loadu_si128, _mm_min_pd, _mm_min_ps, _mm_movemask_epi8, _mm_movemask_pd, _mm_movemask_ps, _mm_or_si128,
+        _mm_packs_epi16, _mm_packs_epi32, _mm_set1_epi32, _mm_setzero_si128, _mm_storeu_pd, _mm_storeu_ps,
+        _mm_xor_si128, _mm256_add_ps, _mm256_and_pd, _mm256_and_ps, _mm256_castps_si256, _mm256_cmp_pd, _mm256_cmp_ps,
+        _mm256_cmpeq_epi32, _mm256_loadu_pd, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_min_epu32, _mm256_min_pd,
+        _mm256_min_ps, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_or_si256, _mm256_packs_epi16, _mm256_packs_epi32,
+        _mm256_set1_epi32, _mm256_storeu_pd, _mm256_storeu_ps, _mm256_testz_si256, _mm512_add_pd, _mm512_add_ps,
         _mm512_castpd_si512, _mm512_castps_si512, _mm512_cmp_pd_mask, _mm512_cmp_ps_mask, _mm512_cmple_epu32_mask,
         _mm512_cmple_epu64_mask, _mm512_loadu_pd, _mm512_loadu_ps, _mm512_loadu_si512, _mm512_mask_cmp_pd_mask,
-        _mm512_mask_cmp_ps_mask,
+        _mm512_mask_cmp_ps_mask, _mm512_min_pd, _mm512_min_ps, _mm512_storeu_pd, _mm512_storeu_ps,
     };
 
     #[inline(always)]
@@ -412,7 +444,46 @@ mod x86 {
         }
     }
 
+    macro_rules! keep_least {
+        ($($name:ident $float:ident $step:literal $load:ident $least:ident $store:ident),* $(,)?) => {$(
+            /// # Safety
+            /// The processor must have the instructions.
+            #[inline(always)]
+            pub unsafe fn $name(least: &mut Lanes<$float>, x: &Lanes<$float>) {
+                for at in (0..LANES).step_by($step) {
+                    // SAFETY: the caller vouches for the processor; each array holds as many numbers as a register from
+                    // `at`, a multiple of that below 16. With a NaN in `x`, the instruction gives its second operand.
+                    unsafe {
+                        let least = least.as_mut_ptr().add(at);
+                        $store(least, $least($load(x.as_ptr().add(at)), $load(least)));
+                    }
+                }
+            }
+        )*};
+    }
+
+    keep_least! {
+        keep_least_sse2_f32 f32 4 _mm_loadu_ps _mm_min_ps _mm_storeu_ps,
+        keep_least_sse2_f64 f64 2 _mm_loadu_pd _mm_min_pd _mm_storeu_pd,
+        keep_least_avx2_f32 f32 8 _mm256_loadu_ps _mm256_min_ps _mm256_storeu_ps,
+        keep_least_avx2_f64 f64 4 _mm256_loadu_pd _mm256_min_pd _mm256_storeu_pd,
+        keep_least_avx512_f32 f32 16 _mm512_loadu_ps _mm512_min_ps _mm512_storeu_ps,
+        keep_least_avx512_f64 f64 8 _mm512_loadu_pd _mm512_min_pd _mm512_storeu_pd,
+    }
+
     impl Instructions for Avx2 {
+        #[inline(always)]
+        fn keep_least_f32(self, least: &mut Lanes<f32>, x: &Lanes<f32>) {
+            // SAFETY: `self` proves AVX2.
+            unsafe { keep_least_avx2_f32(least, x) }
+        }
+
+        #[inline(always)]
+        fn keep_least_f64(self, least: &mut Lanes<f64>, x: &Lanes<f64>) {
+            // SAFETY: `self` proves AVX2.
+            unsafe { keep_least_avx2_f64(least, x) }
+        }
+
         #[inline(always)]
         fn may_pass_f32(self, [a, b, c, d]: &[Lanes<f32>; 4], sieve: &Sieve<f32>) -> bool {
             // SAFETY: `self` proves AVX2.
@@ -441,6 +512,18 @@ mod x86 {
     }
 
     impl Instructions for Avx512 {
+        #[inline(always)]
+        fn keep_least_f32(self, least: &mut Lanes<f32>, x: &Lanes<f32>) {
+            // SAFETY: `self` proves AVX-512 F.
+            unsafe { keep_least_avx512_f32(least, x) }
+        }
+
+        #[inline(always)]
+        fn keep_least_f64(self, least: &mut Lanes<f64>, x: &Lanes<f64>) {
+            // SAFETY: `self` proves AVX-512 F.
+            unsafe { keep_least_avx512_f64(least, x) }
+        }
+
         #[inline(always)]
         fn may_pass_f32(self, [a, b, c, d]: &[Lanes<f32>; 4], sieve: &Sieve<f32>) -> bool {
             // SAFETY: `self` proves AVX-512 F.
@@ -485,7 +568,7 @@ mod x86 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Instructions, Kernel, Level, Sieve, within};
+    use super::{Instructions, Kernel, Level, Sieve, keep_least, within};
     use crate::lanes::Lanes;
 
     struct Within<'a>(&'a Lanes<f32>, &'a Lanes<f32>, &'a Lanes<f32>);
@@ -554,6 +637,37 @@ mod tests {
                         assert!(double || !passes, "{level}: {point:?} in float64");
                     }
                 }
+            }
+        }
+    }
+
+    struct KeepLeast<'a>(&'a Lanes<f32>, &'a Lanes<f32>);
+
+    impl Kernel for KeepLeast<'_> {
+        type Output = (Lanes<f32>, Lanes<f64>);
+
+        #[inline(always)]
+        fn run<I: Instructions>(self, simd: I) -> Self::Output {
+            let (mut single, mut double) = (*self.0, self.0.map(f64::from));
+            simd.keep_least_f32(&mut single, self.1);
+            simd.keep_least_f64(&mut double, &self.1.map(f64::from));
+            (single, double)
+        }
+    }
+
+    #[test]
+    fn keeping_the_least_passes_nan_over_at_every_level() {
+        let odd = [0.0, -0.0, 1.0, -1.0, f32::INFINITY, f32::NEG_INFINITY, 1e-45, f32::NAN];
+        for turn in 0..odd.len() {
+            let least: Lanes<f32> = std::array::from_fn(|lane| odd[(lane + turn) % 7]);
+            let x: Lanes<f32> = std::array::from_fn(|lane| odd[(3 * lane + turn * lane) % 8]);
+            let mut expected = least;
+            keep_least(&mut expected, &x);
+            assert!(expected.iter().all(|least| !least.is_nan()));
+            for level in Level::all() {
+                let (single, double) = level.run(KeepLeast(&least, &x));
+                assert_eq!(single.map(f32::to_bits), expected.map(f32::to_bits), "{level}");
+                assert_eq!(double.map(f64::to_bits), expected.map(|x| f64::from(x).to_bits()), "{level}");
             }
         }
     }

@@ -2,27 +2,46 @@
 //!
 //! Threads come from rayon's pool, which is started when first asked for and sleeps in between. One thread is the
 //! default everywhere and touches no pool.
+//!
+//! Whoever asks works too, and takes whatever nobody has begun: a helper that wakes late finds less left, or nothing, and
+//! is not waited for.
 
+use rayon::ThreadPoolBuilder;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, Once, OnceLock, PoisonError};
 
-/// `work` on the range `0 .. n`, cut into at most `threads` pieces of at least `least`, in order.
+/// Pieces for each thread, so that one that begins late or is held up leaves some of its own to the others.
+const PIECES: usize = 4;
+
+/// Whether the pool is there.
+static STARTED: Once = Once::new();
+
+/// `work` on the range `0 .. n`, cut into pieces, in order, by at most `threads` threads with at least `least` each.
 pub fn pieces<R: Send>(threads: usize, n: usize, least: usize, work: impl Fn(Range<usize>) -> R + Sync) -> Vec<R> {
-    let count = threads.min(n / least.max(1)).max(1);
-    if count == 1 || is_forked() {
+    let threads = threads.min(n / least.max(1)).max(1);
+    if threads == 1 || is_forked() {
         return vec![work(0..n)];
     }
-    let piece = |i: usize| (n * i / count)..(n * (i + 1) / count);
-    let mut results: Vec<Option<R>> = (0..count).map(|_| None).collect();
-    rayon::in_place_scope(|scope| {
-        let (own, others) = results.split_at_mut(1);
-        for (i, result) in others.iter_mut().enumerate() {
-            let work = &work;
-            scope.spawn(move |_| *result = Some(work(piece(i + 1))));
+    // The thread that asks first becomes one of the pool: what it gave away and nobody has begun, it can take back.
+    STARTED.call_once(|| drop(ThreadPoolBuilder::new().use_current_thread().build_global()));
+
+    let count = n.min(threads * PIECES);
+    let results: Vec<Mutex<Option<R>>> = (0..count).map(|_| Mutex::new(None)).collect();
+    let next = AtomicUsize::new(0);
+    let take_all = || {
+        while let i = next.fetch_add(1, Ordering::Relaxed)
+            && let Some(result) = results.get(i)
+        {
+            let done = work((n * i / count)..(n * (i + 1) / count));
+            *result.lock().unwrap_or_else(PoisonError::into_inner) = Some(done);
         }
-        own[0] = Some(work(piece(0)));
+    };
+    rayon::in_place_scope(|scope| {
+        (1..threads).for_each(|_| scope.spawn(|_| take_all()));
+        take_all();
     });
-    results.into_iter().flatten().collect()
+    results.into_iter().filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
 }
 
 /// Whether this process was forked from one that had used threads. They were not copied, and work given to them would

@@ -81,6 +81,7 @@ impl<'py> Floats<'py> {
     /// Look at an array as floats, without copying.
     ///
     /// To be called last: whatever runs Python code, such as converting a number, might move the array's memory.
+    #[inline(always)]
     pub fn view(argument: &str, array: Array<'py>) -> PyResult<Self> {
         let header = header(argument, &array)?;
         // SAFETY: the header describes the array's own memory, whose element type is checked. The array stays alive in
@@ -339,10 +340,14 @@ impl Header {
 }
 
 /// `object` itself if it is an array, or an array over the same memory if it offers a buffer.
+#[inline(always)]
 pub fn as_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-    if let Ok(array) = object.cast_exact::<PyUntypedArray>() {
-        return Ok(array.clone());
-    }
+    if let Ok(array) = object.cast_exact::<PyUntypedArray>() { Ok(array.clone()) } else { made_array(argument, object) }
+}
+
+/// The same of an array of another class, or of another object.
+#[cold]
+fn made_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
     if let Ok(array) = object.cast::<PyUntypedArray>() {
         return refuse_masked(argument, object).map(|()| array.clone());
     }
@@ -374,17 +379,24 @@ pub fn refuse_masked(argument: &str, object: &Bound<'_, PyAny>) -> PyResult<()> 
     Ok(())
 }
 
+#[inline(always)]
 fn header(argument: &str, array: &Array<'_>) -> PyResult<Header> {
     let start = data(array);
     match (array.shape(), array.strides()) {
         (&[columns], &[stride]) => Ok(Header { start, rows: 1, columns, row_stride: 0, stride }),
         (&[rows, columns], &[row_stride, stride]) => Ok(Header { start, rows, columns, row_stride, stride }),
-        (shape, _) => Err(PyValueError::new_err(format!(
-            "{argument} must have 1 dimension (one scan) or 2 (a batch of scans), got shape {shape:?}"
-        ))),
+        (shape, _) => Err(wrong_shape(argument, shape)),
     }
 }
 
+#[cold]
+fn wrong_shape(argument: &str, shape: &[usize]) -> PyErr {
+    PyValueError::new_err(format!(
+        "{argument} must have 1 dimension (one scan) or 2 (a batch of scans), got shape {shape:?}"
+    ))
+}
+
+#[inline(always)]
 fn data(array: &Array<'_>) -> *mut u8 {
     // SAFETY: the pointer comes from a live array object, whose header never moves.
     unsafe { (*array.as_array_ptr()).fields.data.cast() }
@@ -406,6 +418,7 @@ pub fn is_records(array: &Array<'_>) -> PyResult<bool> {
 }
 
 /// Whether the array holds `T` in this machine's byte order.
+#[inline(always)]
 fn holds<T: Element>(array: &Array<'_>) -> bool {
     // SAFETY: a live array has a live dtype, and every dtype starts with these fields.
     let (number, order) = unsafe {
@@ -422,6 +435,7 @@ pub fn type_name(object: &Bound<'_, PyAny>) -> String {
 }
 
 /// Says which dtype was met, and how to get one that works.
+#[cold]
 pub fn wrong_dtype(argument: &str, array: &Array<'_>) -> PyErr {
     let dtype = array.dtype();
     let kind = dtype.getattr("kind").and_then(|kind| kind.extract::<char>()).unwrap_or('?');

@@ -50,6 +50,7 @@ macro_rules! criterion {
                 $kind::check_motion(self, motion)
             }
 
+            #[inline(always)]
             fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
                 $kind::min(self, ranges, motion)
             }
@@ -83,6 +84,7 @@ pub struct Asked<'a, C> {
 
 impl<C: Criterion> Asked<'_, C> {
     /// `.min`
+    #[inline(always)]
     pub fn min<'py>(
         &self,
         py: Python<'py>,
@@ -167,6 +169,7 @@ impl<C: Criterion> Asked<'_, C> {
         Err(PyValueError::new_err("ranges changed its shape while the motions were read"))
     }
 
+    #[inline(always)]
     fn min_one<T: Range>(&self, py: Python<'_>, ranges: Column<'_, T>, motion: Motion) -> PyResult<f64> {
         let least = release(py, ranges.len(), || self.criterion.min(ranges, motion)).map_err(value_error)?;
         least.or(self.no_data).ok_or_else(|| no_data("ScanTTC", "scan", None))

@@ -31,6 +31,7 @@ pub struct Motions {
 
 impl MotionArguments<'_, '_> {
     /// The motion of one scan.
+    #[inline(always)]
     pub fn one(&self) -> PyResult<Motion> {
         Ok(Motion {
             speed: number("speed", self.speed)?,

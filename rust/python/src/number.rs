@@ -6,10 +6,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 
 /// A Python number.
+#[inline(always)]
 pub fn number(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
-    if let Ok(float) = value.cast_exact::<PyFloat>() {
-        return Ok(float.value());
-    }
+    if let Ok(float) = value.cast_exact::<PyFloat>() { Ok(float.value()) } else { converted(argument, value) }
+}
+
+/// The number that another object stands for.
+#[cold]
+fn converted(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     let ndim = value.getattr_opt(intern!(value.py(), "ndim"))?.map_or(Ok(0), |ndim| ndim.extract::<usize>());
     let number = if matches!(ndim, Ok(0)) { value.extract::<f64>().ok() } else { None };
     number.ok_or_else(|| PyTypeError::new_err(format!("{argument} must be a number, got {}", describe(value))))

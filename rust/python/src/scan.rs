@@ -292,7 +292,8 @@ impl ScanTTC {
 
     /// Time-to-collision of each beam, s.
     ///
-    /// Computed in the dtype of ``ranges``, so that the least may differ from ``min`` in the last digits of float32.
+    /// Computed in the dtype of ``ranges``, to a few units in its last place, so that the least may differ from ``min`` in the
+    /// last digits.
     ///
     /// Parameters
     /// ----------

@@ -21,13 +21,13 @@ pub use {
     swept::ScanSweptPath,
     vote::{Minimum, Neighbours},
 };
+pub(crate) use {per_beam::ttc, vote::Best};
 use {
-    per_beam::PerBeam,
+    per_beam::{Pace, Scan, Statuses, Times},
     reading::{Census, Rules},
     search::{Bound, Search, Straight, Turning},
-    tables::{Beams, Exact, Tables},
+    tables::{Beams, Envelope, Exact, Tables},
 };
-pub(crate) use {per_beam::ttc, vote::Best};
 
 use crate::column::{Column, ColumnMut, Source};
 use crate::error::{Error, finite, non_negative};
@@ -243,6 +243,7 @@ impl Settings {
 
 impl Motion {
     /// Velocity of the sensor in the vehicle frame: v + omega x p.
+    #[inline(always)]
     pub(crate) fn of_sensor(self, mount: Mount) -> Result<(f64, f64), Error> {
         finite("speed", self.speed)?;
         finite("yaw_rate", self.yaw_rate)?;
@@ -251,16 +252,20 @@ impl Motion {
         if velocity.0.abs() < FASTEST && velocity.1.abs() < FASTEST {
             Ok(velocity)
         } else {
-            let (vx, vy) = velocity;
-            let argument = if self.speed.abs() >= FASTEST {
-                "speed"
-            } else if self.lateral_speed.abs() >= FASTEST {
-                "lateral_speed"
-            } else {
-                "yaw_rate"
-            };
-            Err(Error::new(argument, format!("moves the sensor faster than light, at ({vx}, {vy}) m/s")))
+            Err(self.too_fast(velocity))
         }
+    }
+
+    #[cold]
+    fn too_fast(self, (vx, vy): (f64, f64)) -> Error {
+        let argument = if self.speed.abs() >= FASTEST {
+            "speed"
+        } else if self.lateral_speed.abs() >= FASTEST {
+            "lateral_speed"
+        } else {
+            "yaw_rate"
+        };
+        Error::new(argument, format!("moves the sensor faster than light, at ({vx}, {vy}) m/s"))
     }
 }
 
@@ -293,6 +298,7 @@ impl ScanTtc {
     ///
     /// # Errors
     /// When the number of ranges or the motion makes no sense.
+    #[inline(always)]
     pub fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
         let view = self.view(ranges, motion)?;
         let (best, _) = view.best();
@@ -322,14 +328,11 @@ impl ScanTtc {
     ) -> Result<(), Error> {
         let view = self.view(ranges, motion)?;
         self.check_outputs(out, status_out.as_deref())?;
-        let (vx, vy) = view.exact.velocity;
-        let (rules, tables) = (view.prepared.rules, &view.prepared.tables);
-        let (velocity, min_closing_speed) = ((T::of(vx), T::of(vy)), T::of(self.settings.min_closing_speed));
-        match ranges.dense() {
-            Some(ranges) => {
-                self.level.run(PerBeam { ranges, rules, tables, velocity, min_closing_speed, out, status_out });
-            }
-            None => self.level.run(PerBeam { ranges, rules, tables, velocity, min_closing_speed, out, status_out }),
+        let (tables, velocity) = (&view.prepared.tables, view.exact.velocity);
+        if let Some(pace) = per_beam::Straight::new(tables, velocity) {
+            view.per_beam(pace, out, status_out);
+        } else {
+            view.per_beam(per_beam::Turning::new(tables, velocity), out, status_out);
         }
         Ok(())
     }
@@ -342,6 +345,7 @@ impl ScanTtc {
         motion.of_sensor(self.settings.mount).map(|_| ())
     }
 
+    #[inline(always)]
     fn view<'a, T: Range>(&'a self, ranges: Column<'a, T>, motion: Motion) -> Result<View<'a, T>, Error> {
         self.check_beams("ranges", ranges.len())?;
         let velocity = motion.of_sensor(self.settings.mount)?;
@@ -361,12 +365,15 @@ impl ScanTtc {
     ///
     /// # Errors
     /// When it has not.
+    #[inline(always)]
     pub fn check_beams(&self, argument: &'static str, got: usize) -> Result<(), Error> {
+        if got == self.settings.beams { Ok(()) } else { Err(self.wrong_length(argument, got)) }
+    }
+
+    #[cold]
+    fn wrong_length(&self, argument: &'static str, got: usize) -> Error {
         let beams = self.settings.beams;
-        if got == beams {
-            return Ok(());
-        }
-        Err(Error::new(argument, format!("must have one entry for each of the {beams} beams, got {got}")))
+        Error::new(argument, format!("must have one entry for each of the {beams} beams, got {got}"))
     }
 
     /// Everything that says why `best` decides.
@@ -425,7 +432,7 @@ impl<T: Real> Prepared<T> {
     fn new(settings: &Settings, beams: &Beams) -> Self {
         let sensor = (settings.range_min, settings.range_max);
         Prepared {
-            tables: Tables::new(beams),
+            tables: Tables::new(beams, settings.beams, settings.angle_increment),
             rules: Rules::new(sensor, settings.limits, settings.limits_policy, settings.too_close),
         }
     }
@@ -443,6 +450,7 @@ struct View<'a, T> {
 
 impl<T: Real> View<'_, T> {
     /// The deciding beam, and whether a vote (if one was asked for) confirmed it.
+    #[inline(always)]
     fn best(&self) -> (Best, bool) {
         match self.minimum {
             None => (self.least(), true),
@@ -469,6 +477,7 @@ impl<T: Real> View<'_, T> {
         (0..self.ranges.len()).map(ttc).filter(Best::closes).collect()
     }
 
+    #[inline(always)]
     fn least(&self) -> Best {
         let (vx, vy) = self.exact.velocity;
         let fastest = vx.abs() + vy.abs();
@@ -478,16 +487,18 @@ impl<T: Real> View<'_, T> {
         if fastest < SLOWEST {
             return self.closing().into_iter().min_by(Best::order).unwrap_or(Best::NONE);
         }
-        let Prepared { tables, rules } = self.prepared;
+        let Prepared { rules, .. } = self.prepared;
         if vy == 0.0 && !rules.clamps() {
-            self.least_by(Straight::new(tables, rules, vx))
+            self.least_by(|envelope| Straight::new(envelope, vx))
         } else {
-            self.least_by(Turning::new(tables, *rules, (vx, vy)))
+            self.least_by(|envelope| Turning::new(envelope, rules, (vx, vy)))
         }
     }
 
-    fn least_by(&self, bound: impl Bound<T>) -> Best {
-        let (rules, exact, best) = (self.prepared.rules, self.exact, Best::NONE);
+    #[inline(always)]
+    fn least_by<'a, B: Bound<T>>(&'a self, bound: impl Fn(&'a Envelope<T>) -> B) -> Best {
+        let Prepared { tables, rules } = self.prepared;
+        let (beams, blocks, exact) = (bound(&tables.beams), bound(&tables.blocks), self.exact);
         let few: Lanes<T>;
         let mut ranges = self.ranges;
         if ranges.len() < LANES {
@@ -495,8 +506,25 @@ impl<T: Real> View<'_, T> {
             ranges = Column::new(&few);
         }
         match ranges.dense() {
-            Some(ranges) => self.level.run(Search { ranges, rules, bound, exact, best }),
-            None => self.level.run(Search { ranges, rules, bound, exact, best }),
+            Some(ranges) => self.level.run(Search { ranges, rules, tables, beams, blocks, exact }),
+            None => self.level.run(Search { ranges, rules, tables, beams, blocks, exact }),
+        }
+    }
+
+    fn per_beam<'o>(&self, pace: impl Pace<T>, out: &mut ColumnMut<'o, T>, status_out: Option<&mut ColumnMut<'o, u8>>) {
+        let Prepared { tables, rules } = self.prepared;
+        let (rules, offset, min_closing_speed) = (*rules, &*tables.offset, T::of(self.exact.min_closing_speed));
+        let ranges = self.ranges;
+        // The times last: they may be written over the ranges.
+        if let Some(status_out) = status_out {
+            let out = status_out.reborrow();
+            self.level.run(Statuses { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
+        }
+        if let (Some(ranges), Some(out)) = (ranges.dense(), out.dense()) {
+            self.level.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
+        } else {
+            let out = out.reborrow();
+            self.level.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
         }
     }
 

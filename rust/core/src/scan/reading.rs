@@ -2,7 +2,7 @@
 
 use super::tables::Tables;
 use crate::column::Source;
-use crate::lanes::{LANES, Lanes, window};
+use crate::lanes::{LANES, Lanes, lanes, window};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel};
 
@@ -91,9 +91,10 @@ impl<T: Real> Rules<T> {
     #[inline(always)]
     pub(super) fn usable(&self, r: T) -> T {
         let r = if r == T::ZERO - T::INFINITY { self.too_close } else { r };
-        let low = if r < self.clamp.0 { self.clamp.0 } else { r };
-        let clamped = if low > self.clamp.1 { self.clamp.1 } else { low };
-        if r.between(self.range_min, self.usable_max) { clamped } else { T::NAN }
+        let r = if r >= self.range_min { r } else { T::NAN };
+        let r = if r <= self.usable_max { r } else { T::NAN };
+        let r = if r < self.clamp.0 { self.clamp.0 } else { r };
+        if r > self.clamp.1 { self.clamp.1 } else { r }
     }
 
     /// Whether the sensor saw anything at all there: a reading it vouches for, or free space.
@@ -138,7 +139,7 @@ impl<T: Real, S> Census<'_, T, S> {
         let Rules { range_min, range_max, far_limit, .. } = self.rules;
         let farthest = if far_limit < range_max { far_limit } else { range_max };
         let offset = window(&self.tables.offset_below, at);
-        let free = std::array::from_fn(|lane| ranges[lane] - offset[lane]);
+        let free = lanes(|lane| ranges[lane] - offset[lane]);
         let valid = T::within(simd, ranges, &[range_min; LANES], &[less_than_infinity(farthest); LANES]);
         let minus_infinity = T::ZERO - T::INFINITY;
         let looked = T::within(simd, offset, &[minus_infinity; LANES], &[T::INFINITY; LANES]);
@@ -151,7 +152,7 @@ impl<T: Real, S> Census<'_, T, S> {
         let in_range = T::within(simd, ranges, &[range_min; LANES], &[less_than_infinity(range_max); LANES]);
         let no_return = T::within(simd, ranges, &[T::INFINITY; LANES], &[T::INFINITY; LANES]);
         let too_close = T::within(simd, ranges, &[minus_infinity; LANES], &[minus_infinity; LANES]);
-        let clearance = std::array::from_fn(|lane| self.rules.usable(ranges[lane]) - offset[lane]);
+        let clearance = lanes(|lane| self.rules.usable(ranges[lane]) - offset[lane]);
         let contact = T::within(simd, &clearance, &[minus_infinity; LANES], &[T::ZERO; LANES]);
 
         let number = |bits: u16| (bits & looked & there).count_ones();

@@ -145,7 +145,7 @@ impl<T: Real, S: Source<T>> Frame<T> for Beams<'_, T, S> {
     fn lanes(&self, at: usize) -> [Lanes<T>; 2] {
         let whole = at + crate::lanes::LANES <= self.len();
         let ranges: Lanes<T> = if whole { self.ranges.lanes(at) } else { self.ranges.lanes_or(at, T::NAN) };
-        let (cos, sin) = (window(&self.tables.cos, at), window(&self.tables.sin, at));
+        let (cos, sin) = (window(&self.tables.beams.cos, at), window(&self.tables.beams.sin, at));
         let offset = window(&self.tables.offset, at);
         let (x, y) = (T::of(self.mount.0), T::of(self.mount.1));
         let range: Lanes<T> = std::array::from_fn(|lane| {

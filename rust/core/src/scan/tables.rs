@@ -1,8 +1,10 @@
 //! What is known of each beam before a scan arrives.
 
 use super::geometry::{Mount, Outline};
-use crate::lanes::padded;
+use super::per_beam::ttc;
+use crate::lanes::{LANES, Lanes, lanes, padded, window};
 use crate::real::Real;
+use std::ops::Range;
 
 /// The beams in `f64`: the truth that decisions are made with.
 #[derive(Clone, Debug)]
@@ -66,48 +68,131 @@ impl Exact<'_> {
     /// Time-to-collision of a usable range; infinite where there is none.
     #[inline(always)]
     pub(super) fn ttc(&self, beam: usize, range: f64) -> f64 {
-        let closing = self.closing(beam);
-        let clearance = self.clearance(beam, range);
-        if closing.is_nan() || closing <= self.min_closing_speed || clearance.is_nan() {
-            f64::INFINITY
-        } else if clearance <= 0.0 {
-            0.0
-        } else {
-            clearance / closing
-        }
+        ttc(self.clearance(beam, range), self.closing(beam), self.min_closing_speed)
+    }
+
+    /// The same of beams `at .. at + LANES`.
+    #[inline(always)]
+    pub(super) fn ttc_lanes<T: Real>(&self, at: usize, ranges: &Lanes<T>) -> Lanes<f64> {
+        let (cos, sin) = (window(&self.beams.cos, at), window(&self.beams.sin, at));
+        let offset = window(&self.beams.offset, at);
+        lanes(|lane| {
+            let closing = self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane];
+            ttc(ranges[lane].wide() - offset[lane], closing, self.min_closing_speed)
+        })
     }
 }
 
 /// The beams in the type of the ranges: what bounds and per-beam results are computed from.
 #[derive(Clone, Debug)]
 pub(super) struct Tables<T> {
-    pub cos: Vec<T>,
-    pub sin: Vec<T>,
     /// From the sensor to the outline, rounded to nearest; NaN where the beam is ignored.
     pub offset: Vec<T>,
     /// The largest number not above the truth: a range up to it is in contact, exactly.
     pub offset_below: Vec<T>,
-    /// Not below the truth: what is left of a range after it is not above the true clearance.
-    pub offset_above: Vec<T>,
-    /// Not above `1 / cos`, for beams that close when driving forward, NaN for the others.
+    /// `1 / cos`, rounded to nearest.
+    pub inverse: Vec<T>,
+    /// Every beam by itself.
+    pub beams: Envelope<T>,
+    /// Each lane of each block.
+    pub blocks: Envelope<T>,
+    /// How many groups of lanes there are, and how many in a block.
+    groups: usize,
+    block: usize,
+}
+
+/// What no beam of a set exceeds, for one set after the other: each beam, or the beams that one lane of a block sees.
+#[derive(Clone, Debug)]
+pub(super) struct Envelope<T> {
+    /// The direction in the middle.
+    pub cos: Vec<T>,
+    pub sin: Vec<T>,
+    /// No direction is farther from the middle than this, in any set.
+    pub spread: T,
+    /// Not below the truth: what is left of a range after it is not above the true clearance. NaN without beams.
+    pub offset: Vec<T>,
+    /// Not above any `1 / cos` of the beams that close when driving forward; NaN without one.
     pub inverse_forward: Vec<T>,
-    /// Not above `1 / -cos`, for beams that close when reversing, NaN for the others.
+    /// Not above any `1 / -cos` of the beams that close when reversing; NaN without one.
     pub inverse_reverse: Vec<T>,
 }
 
+/// At most this many blocks, so that their bounds fit on the stack.
+pub(super) const BLOCKS: usize = 256;
+
+/// Blocks are of as many groups as fit in this angle, rad, for what bounds a block has to hold for all its beams;
+/// and of no more than so many, unless there are too many blocks.
+const BLOCK_WIDTH: f64 = 0.3;
+const MOST_GROUPS: usize = 4;
+
+/// Where a group begins. The last group overlaps the one before it rather than be a short one: seeing a beam twice
+/// does no harm, and short loads are slow.
+#[inline(always)]
+pub(super) fn start(group: usize, beams: usize) -> usize {
+    (group * LANES).min(beams - LANES)
+}
+
 impl<T: Real> Tables<T> {
-    pub(super) fn new(beams: &Beams) -> Self {
-        let slack = T::SLACK.wide();
-        let inverse = |cos: f64| if cos > 0.0 { T::of((1.0 - slack) / cos) } else { T::NAN };
+    pub(super) fn new(beams: &Beams, count: usize, increment: f64) -> Self {
+        let groups = count.div_ceil(LANES);
+        let is_narrow = |size: &usize| increment.abs() * (size * LANES) as f64 <= BLOCK_WIDTH;
+        let block = (1..=MOST_GROUPS).rev().find(is_narrow).unwrap_or(1).max(groups.div_ceil(BLOCKS));
+        let seen = (0..groups.div_ceil(block) * LANES).map(|lane| {
+            let (first, lane) = (lane / LANES * block, lane % LANES);
+            (first..groups.min(first + block)).map(move |group| start(group, count.max(LANES)) + lane)
+        });
         Tables {
-            cos: table(&beams.cos, T::of),
-            sin: table(&beams.sin, T::of),
             offset: table(&beams.offset, T::of),
             offset_below: table(&beams.offset, T::not_above),
-            offset_above: table(&beams.offset, |offset| T::not_below(offset * (1.0 + slack))),
-            inverse_forward: table(&beams.cos, inverse),
-            inverse_reverse: table(&beams.cos, |cos| inverse(-cos)),
+            inverse: table(&beams.cos, |cos| T::of(1.0 / cos)),
+            beams: Envelope::new(beams, (0..beams.offset.len()).map(std::iter::once)),
+            blocks: Envelope::new(beams, seen),
+            groups,
+            block,
         }
+    }
+
+    /// How many blocks there are.
+    #[inline(always)]
+    pub(super) fn blocks(&self) -> usize {
+        self.blocks.offset.len() / LANES
+    }
+
+    /// The groups of a block.
+    #[inline(always)]
+    pub(super) fn groups(&self, block: usize) -> Range<usize> {
+        block * self.block..self.groups.min((block + 1) * self.block)
+    }
+}
+
+impl<T: Real> Envelope<T> {
+    fn new<S: Iterator<Item = usize> + Clone>(beams: &Beams, sets: impl Iterator<Item = S>) -> Self {
+        let slack = T::SLACK.wide();
+        let inverse = |cos: f64| if cos > 0.0 { T::of((1.0 - slack) / cos) } else { T::NAN };
+        let mut envelope = Envelope {
+            cos: vec![],
+            sin: vec![],
+            spread: T::ZERO,
+            offset: vec![],
+            inverse_forward: vec![],
+            inverse_reverse: vec![],
+        };
+        let mut spread = 0.0_f64;
+        for set in sets {
+            let counts = set.filter(|beam| !beams.ignores(*beam));
+            let highest = |values: &[f64]| counts.clone().map(|beam| values[beam]).fold(f64::NAN, f64::max);
+            let lowest = |values: &[f64]| counts.clone().map(|beam| values[beam]).fold(f64::NAN, f64::min);
+            let middle = |values: &[f64]| lowest(values).midpoint(highest(values));
+            let (cos, sin) = (middle(&beams.cos), middle(&beams.sin));
+            let away = counts.clone().map(|beam| (beams.cos[beam] - cos).hypot(beams.sin[beam] - sin));
+            spread = away.fold(spread, f64::max);
+            envelope.cos.push(T::of(cos));
+            envelope.sin.push(T::of(sin));
+            envelope.offset.push(T::not_below(highest(&beams.offset) * (1.0 + slack)));
+            envelope.inverse_forward.push(inverse(highest(&beams.cos)));
+            envelope.inverse_reverse.push(inverse(-lowest(&beams.cos)));
+        }
+        Envelope { spread: T::not_below(spread * (1.0 + slack)), ..envelope }
     }
 }
 
