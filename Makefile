@@ -9,7 +9,7 @@ SOURCES := pyproject.toml Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -
 RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 MATURIN := $(shell sed -n 's/^requires = \["\(.*\)"\]/\1/p' pyproject.toml)
 
-TARGETS := help test demo bench bench-check instructions lint wheel clean
+TARGETS := help test demo bench bench-check instructions lint ros1 wheel clean
 .PHONY: $(TARGETS)
 .NOTPARALLEL:
 MAKEFLAGS += --no-builtin-rules
@@ -19,7 +19,7 @@ say = @echo "==> $(1)"
 need = @$(1) >/dev/null 2>&1 || { echo "$(strip $(2))" >&2; exit 1; }
 
 help: ## list these commands
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
 
 test: $(VENV)/.has-test ## run the tests, Rust and Python
 	$(call say,Rust tests)
@@ -60,6 +60,10 @@ lint: $(VENV)/.has-lint ## check format, lints, types and stubs
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/stubtest ttc_fast._core
+
+ros1: $(VENV)/.created ## install rospy from Debian or Ubuntu, so that the tests of the ROS node run
+	$(call say,rospy for $(VENV))
+	@tools/ros1.sh $(BIN)/python
 
 wheel: ## build a manylinux wheel and test it in an empty environment, away from the checkout
 	$(call say,manylinux wheel)

@@ -170,5 +170,11 @@ def test_examples_of_public_objects(doc: str, name: str) -> None:
 
 @pytest.mark.parametrize("name", MODULES)
 def test_examples_of_modules(name: str) -> None:
-    for test in doctest.DocTestFinder().find(importlib.import_module(name)):
+    try:
+        module = importlib.import_module(name)
+    except ModuleNotFoundError as error:  # the adapters of ROS need what is in no package registry
+        if not name.startswith("ttc_fast.ros.") or (error.name or "").startswith("ttc_fast"):
+            raise
+        pytest.skip(f"needs {error.name}")
+    for test in doctest.DocTestFinder().find(module):
         run(test)

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from ttc_fast import SIMD_LEVEL
-from ttc_fast.cli import bench, demo
+from ttc_fast.cli import bench, demo, node
 from ttc_fast.cli.exits import DONE, EXIT_CODES, INSTALL_EXTRA, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
 from ttc_fast.logs import LogError
 
@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"ttc-fast {version('ttc-fast')}, kernels: {SIMD_LEVEL}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for name, command in (("demo", demo), ("bench", bench)):
+    for name, command in (("demo", demo), ("bench", bench), ("node", node)):
         options = commands.add_parser(
             name,
             help=command.SUMMARY,

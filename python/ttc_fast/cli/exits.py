@@ -6,7 +6,7 @@ EXIT_CODES = f"""\
 exit codes:
   {DONE}    done
   {FAILED}    the output could not be written, or the answers of bench differ
-  {USAGE}    the command line makes no sense
+  {USAGE}    the command line makes no sense, or the settings of the node
   {UNREADABLE}    the log cannot be read, or makes no sense with these settings
   {MISSING_EXTRA}    an optional package is missing: {INSTALL_EXTRA}
   {INTERRUPTED}  interrupted

@@ -3,77 +3,37 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-import numpy as np
+import time
+from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
+from ttc_fast.ros.clouds import only_heights
+from ttc_fast.ros.outputs import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Losses, Outputs
 
 if TYPE_CHECKING:
-    from ttc_fast._core import ScanTTC
     from ttc_fast.brake import BrakeController, Decision
     from ttc_fast.ros.settings import NodeSettings
 
-OK, WARN, ERROR, STALE = range(4)
-"""Levels of diagnostic_msgs/DiagnosticStatus."""
+__all__ = ["ERROR", "OK", "STALE", "WARN", "BrakeNode", "Cause", "Diagnostics", "Drive", "Outputs"]
+
+NAME = "ttc_fast: brake"
 UNSEEING = frozenset({Reason.WAITING, Reason.STALE, Reason.BLIND, Reason.NO_MOTION})
-
-
-class Drive(NamedTuple):
-    """What to ask of the vehicle: of ackermann_msgs/AckermannDrive.
-
-    Attributes
-    ----------
-    speed : float
-        m/s, negative backwards.
-    acceleration : float
-        m/s^2, without sign.
-    """
-
-    speed: float
-    acceleration: float
-
-
-class Outputs(NamedTuple):
-    """What to publish.
-
-    Attributes
-    ----------
-    brake : bool
-        For ``brake_topic``.
-    drive : Drive or None
-        For ``drive_topic``; None is silence.
-    decision : Decision
-        Where both come from.
-    """
-
-    brake: bool
-    drive: Drive | None
-    decision: Decision
-
-
-class Diagnostics(NamedTuple):
-    """For ``diagnostics_topic``, as of diagnostic_msgs/DiagnosticStatus."""
-
-    level: int
-    name: str
-    message: str
-    values: list[tuple[str, str]]
-
-
-class Cause(NamedTuple):
-    """For ``marker_topic``: where the beam or point is that decided, in a frame, m."""
-
-    frame: str
-    x: float
-    y: float
-    command: Command
-    text: str
+UNREADABLE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""What a message that makes no sense may raise."""
+CLOCK_JUMP = 1.0
+"""s: a clock that is set back by more than this, as when a bag is played again, starts all anew."""
+SCAN, CLOUD = "scan", "cloud"
+"""Each has a controller of its own, with its own votes and its own watchdog: they come at different times and rates."""
+NO_SCAN = {"angle_min": 0.0, "angle_increment": 0.1, "beams": 2}
+"""Stands for a scanner until the first scan comes."""
 
 
 class BrakeNode:
-    """Takes messages and the time, and says what to publish.
+    """Takes messages and the time, and says what to publish. To be called from one thread at a time.
+
+    Times are seconds of the clock of the stamps. Nothing that a message contains makes it raise: what cannot be read is
+    counted, and shown by ``diagnostics``.
 
     Parameters
     ----------
@@ -98,61 +58,99 @@ class BrakeNode:
     """
 
     def __init__(self, settings: NodeSettings) -> None:
+        self._losses = Losses()
+        self._controllers: dict[str, BrakeController] = {}
+        self._forget()
+        self.change(settings)
+
+    def change(self, settings: NodeSettings) -> None:
+        """Go on with other settings; what was seen stays."""
         self.settings = settings
         self._configuration = settings.configuration()
         self._geometry: tuple[Any, ...] | None = None
-        self._scan: ScanTTC | None = None
-        self._scan_frame = settings.base_frame
-        self._controller: BrakeController | None = None
-        outline: Any = settings.outline
-        self._path = SweptPath(outline) if outline else None
-        self._speed = 0.0
+        controllers, self._controllers = self._controllers, {}
+        if settings.scan_topic:
+            scan = self._configuration.scanner(**NO_SCAN)
+            self._controllers[SCAN] = _after(controllers.get(SCAN), self._configuration.controller(scan))
+        if settings.points_topic and settings.outline:
+            path = SweptPath(settings.outline)
+            self._controllers[CLOUD] = _after(controllers.get(CLOUD), self._configuration.controller(path=path))
+
+    def _forget(self) -> None:
+        """Let go of everything seen."""
+        self._controllers = {}
+        self._now = -math.inf
         self._motion: Motion | None = None
+        self._unjudged: Motion | None = None
         self._latest: Decision | None = None
-        self._dropped: dict[str, int] = {}
+        self._source = SCAN
+        self._took = self._took_at_most = 0.0
 
     def on_odometry(
         self, now: float, stamp: float, speed: float, yaw_rate: float = 0.0, lateral_speed: float = 0.0
     ) -> None:
-        """Take odometry; a stamp of 0 is a clock that nobody set, and counts as now."""
-        if not all(map(math.isfinite, (stamp, speed, yaw_rate, lateral_speed))):
-            self.dropped("odometry")
+        """Take odometry: m/s and rad/s of the vehicle's origin."""
+        self._look_at_clock(now)
+        try:
+            if not math.isfinite(stamp + speed + yaw_rate + lateral_speed):
+                raise ValueError(f"is not finite: speed {speed}, yaw rate {yaw_rate}, lateral speed {lateral_speed}")
+        except UNREADABLE as error:
+            self.dropped("odometry", error)
             return
-        self._speed = speed
-        self._motion = Motion(speed, yaw_rate, lateral_speed, stamp or now)
+        self._motion = self._unjudged = Motion(speed, yaw_rate, lateral_speed, self._measured(now, stamp))
 
     def on_speed(self, now: float, speed: float) -> None:
-        """Take a bare speed, as measured when it came."""
+        """Take a bare speed, m/s, as measured when it came."""
         self.on_odometry(now, now, speed)
 
     def on_scan(self, now: float, stamp: float, scan: Any) -> Outputs:
-        """Take a scan: any object with the fields of sensor_msgs/LaserScan."""
+        """Take a scan: any object with the fields of sensor_msgs/LaserScan, its ``ranges`` read where they lie."""
+        began = time.perf_counter()
+        self._look_at_clock(now)
         try:
             self._read_by(scan)
-            return self._decide(now, ranges=scan.ranges, stamp=stamp or now)
-        except (ValueError, TypeError) as error:
-            return self._unread(now, self.settings.scan_topic, error)
+            outputs = self._decide(now, SCAN, ranges=scan.ranges, stamp=self._measured(now, stamp))
+        except UNREADABLE as error:
+            self.dropped(self.settings.scan_topic, error)
+            return self.tick(now)
+        self._count_time(began)
+        return outputs
 
     def on_points(self, now: float, stamp: float, points: Any) -> Outputs:
-        """Take a cloud of rows x, y, z in the vehicle's frame."""
-        low, high = self.settings.height
+        """Take a cloud in the vehicle's frame: rows x, y, z, or records as ``from_pointcloud2`` gives them."""
+        began = time.perf_counter()
+        self._look_at_clock(now)
         try:
-            points = np.asarray(points)
-            return self._decide(now, points=points[(points[:, 2] >= low) & (points[:, 2] <= high)], stamp=stamp or now)
-        except (ValueError, TypeError, IndexError) as error:
-            return self._unread(now, self.settings.points_topic, error)
+            cloud = only_heights(points, *self.settings.height)
+            outputs = self._decide(now, CLOUD, points=cloud, stamp=self._measured(now, stamp))
+        except UNREADABLE as error:
+            self.dropped(self.settings.points_topic, error)
+            return self.tick(now)
+        self._count_time(began)
+        return outputs
 
     def tick(self, now: float) -> Outputs:
-        """Look whether data still come."""
+        """Look whether data still come. To be called every ``watchdog_period``."""
+        self._look_at_clock(now)
         return self._decide(now)
 
-    def dropped(self, topic: str) -> None:
+    def dropped(self, topic: str, why: object = "") -> None:
         """Count a message that could not be read."""
-        self._dropped[topic] = self._dropped.get(topic, 0) + 1
+        self._losses.count(topic, str(why))
 
-    def _unread(self, now: float, topic: str, error: Exception) -> Outputs:
-        self.dropped(f"{topic}: {error}")
-        return self.tick(now)
+    def _measured(self, now: float, stamp: float) -> float:
+        """Return when a message was measured: when it came, if its stamp was not set or is not to be used."""
+        return stamp if stamp and self.settings.use_stamps else now
+
+    def _look_at_clock(self, now: float) -> None:
+        if now < self._now - CLOCK_JUMP:
+            self._forget()
+            self.change(self.settings)
+        self._now = now
+
+    def _count_time(self, began: float) -> None:
+        self._took = time.perf_counter() - began
+        self._took_at_most = max(self._took_at_most, self._took)
 
     def _read_by(self, scan: Any) -> None:
         """Make the scanner, from the first scan and again whenever its geometry changes."""
@@ -168,45 +166,47 @@ class BrakeNode:
             return
         angle_min, angle_increment, beams, range_min, range_max, time_increment = geometry
         told = {"angle_min": angle_min, "angle_increment": angle_increment, "beams": beams}
-        self._scan = self._configuration.scanner(**told, range_min=range_min, range_max=range_max)
-        self._controller = self._configuration.controller(self._scan, self._path, time_increment=time_increment)
+        scanner = self._configuration.scanner(**told, range_min=range_min, range_max=range_max)
+        controller = self._configuration.controller(scanner, time_increment=time_increment)
+        self._controllers[SCAN] = _after(self._controllers[SCAN], controller)
         self._geometry = geometry
 
-    def _decide(self, now: float, **data: Any) -> Outputs:
-        if self._controller is None:
-            # Before the first scan only the watchdog speaks; with an outline clouds can be judged already.
-            geometry = {"angle_min": 0.0, "angle_increment": 0.1, "beams": 2}
-            self._controller = self._configuration.controller(self._configuration.scanner(**geometry), self._path)
-        motion, self._motion = self._motion, None
-        decision = self._controller.update(now, motion=motion, **data)
-        self._latest = decision
+    def _decide(self, now: float, source: str = "", **data: Any) -> Outputs:
+        """Tell every controller the time and the motion, and one of them what came; the worst answer counts."""
+        answers = [
+            (controller.update(now, motion=self._unjudged, **(data if name == source else {})), name)
+            for name, controller in self._controllers.items()
+        ]
+        decision, self._source = max(answers, key=_severity)
+        self._unjudged, self._latest = None, decision
         return Outputs(decision.command is Command.BRAKE, self._drive(decision), decision)
 
     def _drive(self, decision: Decision) -> Drive | None:
+        speed = self._motion.speed if self._motion else 0.0
         if decision.command is Command.BRAKE:
-            slow = min(abs(self._speed), self.settings.brake_speed)
-            return Drive(math.copysign(slow, self._speed) if slow else 0.0, decision.deceleration)
+            slow = 0.0 if decision.reason in UNSEEING else min(abs(speed), self.settings.brake_speed)
+            return Drive(math.copysign(slow, speed) if slow else 0.0, decision.deceleration)
         if not self.settings.drive_always:
             return None
-        limited = min(abs(self._speed), decision.speed_limit)
-        return Drive(math.copysign(limited, self._speed), 0.0)
+        return Drive(math.copysign(min(abs(speed), decision.speed_limit), speed), 0.0)
 
     def diagnostics(self, now: float) -> Diagnostics:
         """Say how it is, and why."""
         decision = self._latest
         if decision is None:
-            return Diagnostics(STALE, "ttc_fast: brake", "nothing has come yet", self._losses())
-        level = ERROR if decision.reason in UNSEEING else WARN if decision.command is not Command.NONE else OK
+            return Diagnostics(STALE, NAME, "nothing has come yet", self._losses.values())
         values = [("command", decision.command.name), ("reason", decision.reason.name)]
         values += [(name, str(value)) for name, value in decision.counters._asdict().items()]
         if decision.sight is not None:
             sight = decision.sight
-            values += [("age", f"{sight.age:.4f} s"), ("ttc", f"{sight.ttc:.3f} s"), ("status", sight.status.name)]
-        values.append(("decided", f"{now - decision.stamp:.4f} s ago"))
-        return Diagnostics(level, "ttc_fast: brake", str(decision), values + self._losses())
-
-    def _losses(self) -> list[tuple[str, str]]:
-        return [(f"dropped: {topic}", str(count)) for topic, count in self._dropped.items()]
+            values += [("source", sight.source.name), ("status", sight.status.name), ("ttc", f"{sight.ttc:.3f} s")]
+            values += [("age of the data", f"{sight.age:.4f} s")]
+        if self._motion is not None and self._motion.stamp is not None:
+            values += [("speed", f"{self._motion.speed:.3f} m/s")]
+            values += [("age of the speed", f"{now - self._motion.stamp:.4f} s")]
+        values += [("latency", f"{self._took * 1e6:.0f} us"), ("worst latency", f"{self._took_at_most * 1e6:.0f} us")]
+        self._took_at_most = 0.0
+        return Diagnostics(_level(decision), NAME, str(decision), values + self._losses.values())
 
     def cause(self) -> Cause | None:
         """Where the beam or point is that decided, in the vehicle's frame."""
@@ -214,12 +214,24 @@ class BrakeNode:
         if decision is None or decision.sight is None or not math.isfinite(decision.sight.range + decision.sight.angle):
             return None
         sight = decision.sight
-        x, y, yaw = self.settings.mount if sight.index >= 0 and self._geometry is not None else (0.0, 0.0, 0.0)
+        x, y, yaw = (0.0, 0.0, 0.0) if self._source == CLOUD else self.settings.mount
         direction = yaw + sight.angle
-        return Cause(
-            self.settings.base_frame,
-            x + sight.range * math.cos(direction),
-            y + sight.range * math.sin(direction),
-            decision.command,
-            str(decision),
-        )
+        x, y = x + sight.range * math.cos(direction), y + sight.range * math.sin(direction)
+        return Cause(self.settings.base_frame, x, y, decision.command, str(decision))
+
+
+def _after(before: BrakeController | None, controller: BrakeController) -> BrakeController:
+    """Return a controller that remembers what the one before did, which may be braking."""
+    if before is not None:
+        controller.restore({**controller.state(), "memory": before.state()["memory"]})
+    return controller
+
+
+def _severity(answer: tuple[Decision, str]) -> int:
+    return answer[0].command
+
+
+def _level(decision: Decision) -> int:
+    if decision.reason in UNSEEING:
+        return ERROR
+    return OK if decision.command is Command.NONE else WARN

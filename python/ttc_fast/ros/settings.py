@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from ttc_fast.brake import Criterion
 
 CRITERIA = ("", "ittc", "swept")
+TOPICS = ("odom_topics",)
+SCALARS = {bool: "true or false", float: "a number", str: "a text"}
 OF_THE_NODE = frozenset({"criteria", "scan", "path", "range_rate", "time_increment"})
 """Arguments of the controller that the node finds out by itself."""
 OF_THE_CONTROLLER = tuple(name for name in inspect.signature(BrakeController).parameters if name not in OF_THE_NODE)
@@ -33,7 +35,7 @@ class NodeSettings:
     Attributes
     ----------
     min_range, max_range : float
-        The horizon, m: ``limits`` of ``ScanTTC``. Not the sensor's own limits, which the scan tells.
+        The horizon of scans, m: ``limits`` of ``ScanTTC``. Not the sensor's own limits, which the scan tells.
     limits_policy : str
         "horizon", or "clamp" for the literal clamping of ranges.
     ttc_threshold : float
@@ -42,28 +44,43 @@ class NodeSettings:
         "ittc", "swept", or "" for "swept" where there is an outline, else "ittc".
     stopping_distance : bool
         Brakes as well when the vehicle could only just stop.
-    outline, mount : tuple or None
-        As ``ScanTTC`` names them.
+    outline : (float, float, float, float) or None
+        (x_rear, x_front, y_right, y_left) of the vehicle in its own frame, m; rear and right usually negative.
+    mount : (float, float, float)
+        (x, y, yaw) of the scanner in the vehicle's frame, m and rad.
     use_range_rate : bool
         Whether closing speeds come from the scans when there is no odometry.
-    scan_topic, points_topic : str
-        LaserScan and PointCloud2; "" is none.
+    use_stamps : bool
+        Whether data are as old as their stamps say. False counts them as measured when they came: for clocks that were
+        never set to the same time, and bags that are played without ``--clock``.
+    scan_topic : str
+        LaserScan; "" is none.
+    points_topic : str
+        PointCloud2 in the vehicle's frame; "" is none. Needs an outline.
     odom_topics : tuple of str
         Odometry; any of them serves.
     speed_topic : str
         Odometry, Float32 or Float64, by the type it has; "" is none. When set it replaces ``odom_topics``.
     height : (float, float)
         Which points of a cloud count, z in the vehicle's frame, m.
-    brake_topic, drive_topic, diagnostics_topic, marker_topic : str
-        Bool, AckermannDriveStamped, DiagnosticArray, Marker; "" is not to publish.
+    brake_topic : str
+        Bool; "" is not to publish.
+    drive_topic : str
+        AckermannDriveStamped, when it brakes; "" is not to publish.
+    diagnostics_topic : str
+        DiagnosticArray; "" is not to publish.
+    marker_topic : str
+        Marker of the beam or point that decided; "" is not to publish.
     brake_speed : float
         What ``drive_topic`` asks for when braking, m/s: 0 is zero throttle, above 0 a reduced speed.
     drive_always : bool
         Whether ``drive_topic`` speaks also when it does not brake.
     base_frame : str
         The vehicle's frame.
-    watchdog_period, diagnostics_period : float
-        s.
+    watchdog_period : float
+        How often it looks whether data still come, s of wall time.
+    diagnostics_period : float
+        How often ``diagnostics_topic`` speaks, s of wall time.
     brake : dict
         Other arguments of ``BrakeController``; as parameters they have their own names, like ``hold``.
 
@@ -81,14 +98,15 @@ class NodeSettings:
     ttc_threshold: float = 1.5
     criterion: str = ""
     stopping_distance: bool = True
-    outline: tuple[float, ...] | None = None
-    mount: tuple[float, ...] = (0.0, 0.0, 0.0)
+    outline: tuple[float, float, float, float] | None = None
+    mount: tuple[float, float, float] = (0.0, 0.0, 0.0)
     use_range_rate: bool = True
+    use_stamps: bool = True
     scan_topic: str = "/scan"
     points_topic: str = ""
     odom_topics: tuple[str, ...] = ("/odom", "/vesc/odom")
     speed_topic: str = ""
-    height: tuple[float, ...] = (0.05, 2.0)
+    height: tuple[float, float] = (0.05, 2.0)
     brake_topic: str = "/brake_bool"
     drive_topic: str = "/drive"
     diagnostics_topic: str = "/diagnostics"
@@ -110,6 +128,8 @@ class NodeSettings:
         for name, value in parameters.items():
             if name in own:
                 mine[name] = tuple(value) if isinstance(value, list) else value
+                if name == "outline" and value is not None and len(value) == 0:
+                    mine[name] = None  # a parameter of ROS 2 cannot be None
             elif name in OF_THE_CONTROLLER:
                 brake[name] = value
             else:
@@ -124,7 +144,7 @@ class NodeSettings:
             _check_type(each.name, getattr(self, each.name), each.default)
         if self.criterion not in CRITERIA:
             raise SettingError(f"criterion must be 'ittc', 'swept' or '' for either, got {self.criterion!r}")
-        for name in ("watchdog_period", "diagnostics_period"):
+        for name in ("ttc_threshold", "watchdog_period", "diagnostics_period"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise SettingError(f"{name} must be finite and above 0 s, got {getattr(self, name)}")
         if not 0.0 <= self.brake_speed < math.inf:
@@ -133,10 +153,14 @@ class NodeSettings:
             raise SettingError("criterion 'swept' needs an outline: (x_rear, x_front, y_right, y_left), m")
         if self.points_topic and not self.outline:
             raise SettingError("points_topic needs an outline: (x_rear, x_front, y_right, y_left), m")
+        if self.points_topic and self.criterion == "ittc":
+            raise SettingError("criterion 'ittc' judges beams, and points_topic is set: use 'swept', or leave it out")
+        if not (self.scan_topic or self.points_topic):
+            raise SettingError("scan_topic or points_topic must be set: without either there is nothing to look with")
         try:
             settings = self.configuration()
             settings.controller(settings.scanner(angle_min=0.0, angle_increment=0.1, beams=2))
-        except ConfigurationError as error:
+        except (ValueError, TypeError) as error:
             raise SettingError(str(error)) from None
         return self
 
@@ -165,18 +189,22 @@ class NodeSettings:
 
 def _check_type(name: str, value: Any, default: Any) -> None:
     """Refuse a parameter of another type than its default's."""
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    fits = {
-        bool: isinstance(value, bool),
-        float: number,
-        str: isinstance(value, str),
-        tuple: isinstance(value, tuple),
-    }
-    if not fits.get(type(default), True):
-        raise SettingError(f"{name} must be a {type(default).__name__}, got {value!r}")
-    if (
-        name in ("mount", "outline", "height")
-        and value is not None
-        and not all(isinstance(each, (int, float)) for each in value)
-    ):
-        raise SettingError(f"{name} must be numbers, got {value!r}")
+    kind: type = tuple if name == "outline" else type(default)
+    if kind is tuple:
+        if name == "outline" and value is None:
+            return
+        element = str if name in TOPICS else float
+        wanted = "names of topics" if element is str else "numbers"
+        if not isinstance(value, tuple) or not all(_is(element, each) for each in value):
+            raise SettingError(f"{name} must be a list of {wanted}, got {value!r}")
+        length = {"height": 2, "mount": 3, "outline": 4}.get(name, len(value))
+        if len(value) != length:
+            raise SettingError(f"{name} must be {length} numbers, got {value!r}")
+    elif kind in SCALARS and not _is(kind, value):
+        raise SettingError(f"{name} must be {SCALARS[kind]}, got {value!r}")
+
+
+def _is(kind: type, value: Any) -> bool:
+    if kind is float:
+        return isinstance(value, (int, float)) and not isinstance(value, bool)
+    return isinstance(value, kind)

@@ -1,0 +1,1 @@
+"""Round trips through the node, over real transports and between real processes."""

@@ -1,0 +1,142 @@
+"""Over ROS 1: rosmaster, the node and the sensor are a process each, and their connections TCP over loopback."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import rospy
+from nav_msgs.msg import Odometry
+from rospy.numpy_msg import numpy_msg
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Bool
+
+from benches.table import Report, console
+
+if TYPE_CHECKING:
+    import argparse
+
+NEAR, FAR, SPEED = 2.0, 20.0, 4.0
+PATIENCE = 5.0
+WARMING_UP = 200
+QUANTILES = [0.0, 0.5, 0.99]
+
+
+class Sensor:
+    """The rest of the car: publishes scans and a speed, and hears the answers."""
+
+    def __init__(self, beams: int) -> None:
+        rospy.init_node("sensor", disable_signals=True)
+        self._answered = threading.Event()
+        self._answer = False
+        self._beams = beams
+        self._scans = rospy.Publisher("/scan", numpy_msg(LaserScan), queue_size=10, tcp_nodelay=True)
+        self._odometry = rospy.Publisher("/odom", Odometry, queue_size=10, tcp_nodelay=True)
+        self._brake = rospy.Subscriber("/brake_bool", Bool, self._on_brake, tcp_nodelay=True)
+
+    def _on_brake(self, msg: Any) -> None:
+        self._answer = msg.data
+        self._answered.set()
+
+    def meet(self) -> None:
+        """Wait until all are connected, and the node has what it needs."""
+        while not all(each.get_num_connections() for each in (self._scans, self._odometry, self._brake)):
+            time.sleep(0.01)
+        self.drive()
+        time.sleep(0.5)
+        for _ in range(WARMING_UP):
+            self.drive()
+            self.ask(FAR)
+
+    def drive(self) -> None:
+        """Publish the speed."""
+        odometry = Odometry()
+        odometry.header.stamp = rospy.get_rostime()
+        odometry.twist.twist.linear.x = SPEED
+        self._odometry.publish(odometry)
+
+    def ask(self, distance: float) -> float:
+        """Publish a scan and wait for the right answer; return how long it took, s."""
+        scan = LaserScan(angle_min=-2.35, angle_increment=4.7 / self._beams, range_min=0.06, range_max=30.0)
+        scan.ranges, scan.intensities = np.full(self._beams, distance, np.float32), np.zeros(0, np.float32)
+        self._answered.clear()
+        scan.header.stamp = rospy.get_rostime()
+        began = time.perf_counter()
+        self._scans.publish(scan)
+        end = began + PATIENCE
+        while True:
+            if not self._answered.wait(max(end - time.perf_counter(), 0.0)):
+                raise RuntimeError(f"no right answer to a scan of {distance} m")
+            if self._answer is (distance == NEAR):
+                return time.perf_counter() - began
+            self._answered.clear()  # what the watchdog said meanwhile, of the scan before
+
+
+def measure(arguments: argparse.Namespace) -> None:
+    """Time round trips, or soak."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with tempfile.TemporaryDirectory() as home:
+        os.environ |= {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1", "ROS_HOME": home}
+        master = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], stdout=subprocess.DEVNULL)
+        time.sleep(1.0)
+        node = subprocess.Popen([sys.executable, "-m", "benches.ros.ros1_node"], stdout=subprocess.PIPE, text=True)
+        try:
+            sensor = Sensor(arguments.beams)
+            sensor.meet()
+            (_soak if arguments.soak else _round_trips)(sensor, node, arguments)
+        finally:
+            node.kill()
+            node.wait()
+            rospy.signal_shutdown("done")
+            master.terminate()
+            master.wait()
+
+
+def _round_trips(sensor: Sensor, node: subprocess.Popen[str], arguments: argparse.Namespace) -> None:
+    trips = []
+    for count in range(arguments.scans):
+        sensor.drive()
+        time.sleep(1.0 / arguments.rate if arguments.rate else 0.0)
+        trips.append(sensor.ask(NEAR if count % 2 else FAR) * 1e6)
+    node.terminate()
+    own = json.loads(node.communicate(timeout=30)[0])[-arguments.scans :]
+    row = ("node", *(f"{each:.0f}" for of in (trips, own) for each in np.quantile(of, QUANTILES)))
+    legend = (
+        f"us, {arguments.scans} scans of {arguments.beams} beams, {arguments.rate:g} a second. The round trip is from "
+        "before a scan is published to the right answer read, over loopback between two processes. The own share is "
+        "from the bytes of a scan to its answers in the queue to be sent: reading by genpy, deciding, packing."
+    )
+    header = ("", *(f"{what} {name}" for what in ("round trip", "own") for name in ("least", "p50", "p99")))
+    console().print(Report("Round trips over ROS 1", legend, header, [row]).rich())
+
+
+def _soak(sensor: Sensor, node: subprocess.Popen[str], arguments: argparse.Namespace) -> None:
+    """Send scans as fast as they are answered; each answer is checked, so none can be lost unseen."""
+    memory = []
+    for count in range(arguments.soak):
+        if count % 10 == 0:
+            sensor.drive()
+        sensor.ask(NEAR if count % 2 else FAR)
+        if count % max(arguments.soak // 10, 1) == 0:
+            memory.append(_resident(node.pid))
+    memory.append(_resident(node.pid))
+    rows = [(f"{share * 10} %", f"{each:.2f}") for share, each in enumerate(memory)]
+    legend = (
+        f"{arguments.soak} scans of {arguments.beams} beams, all answered rightly. Resident memory of the node, MB."
+    )
+    console().print(Report("Soak over ROS 1", legend, ("after", "memory"), rows).rich())
+
+
+def _resident(pid: int) -> float:
+    with open(f"/proc/{pid}/statm", encoding="ascii") as told:
+        return int(told.read().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6

@@ -1,0 +1,78 @@
+"""``ttc-fast node``: the brake in a ROS graph."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ttc_fast.cli.exits import MISSING_EXTRA, USAGE, CommandError
+from ttc_fast.configuration import ConfigurationError
+from ttc_fast.ros.files import read_parameters
+from ttc_fast.ros.settings import NodeSettings
+
+if TYPE_CHECKING:
+    import argparse
+
+SUMMARY = "run the brake as a node of ROS 1 or ROS 2"
+DESCRIPTION = """\
+Subscribe to laser scans (/scan), clouds and odometry (/odom, /vesc/odom), decide when to brake, and publish
+/brake_bool, /drive, /diagnostics and a marker of the cause.
+
+FILE holds the node's parameters by their names: as TOML, or as YAML as ROS 1 or ROS 2 have it.
+
+    min_range = 0.1         # m
+    ttc_threshold = 0.8     # s
+    outline = [-0.1, 0.4, -0.15, 0.15]
+
+Without FILE all is as it is by default. Parameters that ROS gives the node win. What follows -- goes to ROS as it is:
+
+    ttc-fast node --ros1 --config brake.toml -- scan:=/front/scan _hold:=1.0
+    ttc-fast node --rclpy -- --ros-args -r scan:=/front/scan
+"""
+ADAPTERS = {
+    "ros1": ("rospy_node", "rospy comes with ROS 1, and on Debian and Ubuntu: apt-get install python3-rospy"),
+    "dds": ("dds_node", "pip install 'ttc-fast[dds]'"),
+    "rclpy": ("rclpy_node", "rclpy comes with ROS 2: source /opt/ros/<distribution>/setup.bash first"),
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    how = parser.add_mutually_exclusive_group(required=True)
+    how.add_argument("--ros1", dest="by", action="store_const", const="ros1", help="a node of ROS 1, by rospy")
+    how.add_argument(
+        "--dds", dest="by", action="store_const", const="dds", help="a participant in a ROS 2 graph, without ROS"
+    )
+    how.add_argument("--rclpy", dest="by", action="store_const", const="rclpy", help="a node of ROS 2, by rclpy")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="parameters of the node (.toml, .yaml)")
+    parser.add_argument("ros_arguments", nargs="*", metavar="ARGUMENT", help="for ROS, behind --")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Run until it is shut down."""
+    name, remedy = ADAPTERS[arguments.by]
+    try:
+        parameters = read_parameters(arguments.config) if arguments.config else {}
+        dds = _dds_settings(parameters.pop("dds", {}))
+        settings = NodeSettings.of(parameters)  # what is wrong is said before anything is waited for
+        try:
+            adapter = import_module(f"ttc_fast.ros.{name}")
+        except ModuleNotFoundError as error:
+            problem = f"--{arguments.by} needs {error.name}, which is not installed: {remedy}"
+            raise CommandError(MISSING_EXTRA, problem) from None
+        if arguments.by == "dds":
+            adapter.run(settings, dds)
+        else:
+            adapter.run(parameters)
+    except ConfigurationError as error:
+        where = "" if str(error).startswith(f"{arguments.config}") or not arguments.config else f"{arguments.config}: "
+        raise CommandError(USAGE, f"{where}{error}") from None
+
+
+def _dds_settings(table: Any) -> Any:
+    """Make the settings that only DDS has, of the table [dds]."""
+    try:
+        return import_module("ttc_fast.ros.dds.settings").DdsSettings(**table)
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(f"dds: {error}") from None

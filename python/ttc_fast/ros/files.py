@@ -1,0 +1,70 @@
+"""Parameters of the node from a file."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ttc_fast.ros.settings import SettingError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+
+def read_parameters(path: str | PathLike[str]) -> dict[str, Any]:
+    """Read parameters from a file: TOML, or YAML as ROS 1 or ROS 2 have it.
+
+    Parameters
+    ----------
+    path : path
+        A file that ends in .toml, .yaml or .yml.
+
+    Returns
+    -------
+    dict
+        By name; for ``NodeSettings.of``.
+
+    Raises
+    ------
+    SettingError
+        If it cannot be read, or is not what its name says.
+    """
+    path = Path(path)
+    readers = {".toml": _toml, ".yaml": _yaml, ".yml": _yaml}
+    if path.suffix not in readers:
+        raise SettingError(f"{path}: must end in .toml, .yaml or .yml, which says how it is to be read")
+    try:
+        return readers[path.suffix](path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SettingError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise SettingError(f"{path}: {error}") from None
+
+
+def _toml(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"is not TOML: {error}") from None
+
+
+def _yaml(text: str) -> dict[str, Any]:
+    try:
+        import yaml
+    except ModuleNotFoundError:
+        raise ValueError("needs PyYAML to be read: pip install pyyaml, or write it as TOML") from None
+    try:
+        table = yaml.safe_load(text) or {}
+    except yaml.YAMLError as error:
+        raise ValueError(f"is not YAML: {error}") from None
+    while isinstance(table, dict) and len(table) == 1 and isinstance(next(iter(table.values())), dict):
+        table = next(iter(table.values()))  # ROS 2 puts them below the name of the node, and that below ros__parameters
+    if not isinstance(table, dict):
+        raise ValueError(f"must be a table of parameters, got {table!r}")
+    return table

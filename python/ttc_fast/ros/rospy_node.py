@@ -1,0 +1,180 @@
+"""The brake as a node of ROS 1: convert, call, publish. Needs rospy, which comes with ROS or from Debian."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from nav_msgs.msg import Odometry
+from rospy.numpy_msg import numpy_msg
+from sensor_msgs.msg import LaserScan, PointCloud2
+from std_msgs.msg import Bool, Float32, Float64
+from visualization_msgs.msg import Marker
+
+from ttc_fast.pointcloud2 import from_pointcloud2
+from ttc_fast.ros.core import BrakeNode
+from ttc_fast.ros.fill import fill_diagnostics, fill_drive, fill_marker
+from ttc_fast.ros.rospy_messages import AckermannDriveStamped, forgiving
+from ttc_fast.ros.rospy_registration import stay_registered
+from ttc_fast.ros.settings import NodeSettings, SettingError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from ttc_fast.ros.outputs import Outputs
+
+SPEEDS = {kind._type: kind for kind in (Odometry, Float32, Float64)}
+BYTES_AT_ONCE = {LaserScan: 2**18, PointCloud2: 2**24}
+"""What is read from a connection at once: with less than a message, old ones would queue up there."""
+
+
+class RospyNode:
+    """Subscriptions and publications around a core. rospy calls back from many threads; a lock puts them in order."""
+
+    def __init__(self, settings: NodeSettings) -> None:
+        self.core = BrakeNode(settings)
+        self._lock = threading.Lock()
+        self._frame = settings.base_frame
+        self._brake = _publisher(settings.brake_topic, Bool)
+        self._drive = _publisher(settings.drive_topic, AckermannDriveStamped)
+        self._diagnostics = _publisher(settings.diagnostics_topic, DiagnosticArray)
+        self._marker = _publisher(settings.marker_topic, Marker)
+        self._subscribe(settings.scan_topic, LaserScan, self._on_scan, numpy_msg)
+        self._subscribe(settings.points_topic, PointCloud2, self._on_points)
+        self._subscribe(settings.speed_topic, rospy.AnyMsg, self._on_speed)
+        for topic in () if settings.speed_topic else settings.odom_topics:
+            self._subscribe(topic, Odometry, self._on_odometry)
+
+    def _subscribe(self, topic: str, kind: Any, take: Callable[[Any], None], variant: Any = lambda kind: kind) -> None:
+        if topic:
+            call = partial(self._safely, topic, take)
+            size = BYTES_AT_ONCE.get(kind, 2**16)
+            rospy.Subscriber(topic, forgiving(variant(kind)), call, queue_size=1, buff_size=size, tcp_nodelay=True)
+
+    def _safely(self, topic: str, take: Callable[[Any], None], msg: Any) -> None:
+        with self._lock:
+            if msg.unreadable is not None:
+                self.core.dropped(topic, msg.unreadable)
+            else:
+                take(msg)
+
+    def _on_scan(self, msg: Any) -> None:
+        self._publish(self.core.on_scan(rospy.get_time(), msg.header.stamp.to_sec(), msg))
+
+    def _on_points(self, msg: Any) -> None:
+        try:
+            points = from_pointcloud2(msg, intensity=None)
+        except (ValueError, TypeError) as error:
+            self.core.dropped(self.core.settings.points_topic, error)
+            return
+        self._publish(self.core.on_points(rospy.get_time(), msg.header.stamp.to_sec(), points))
+
+    def _on_odometry(self, msg: Any) -> None:
+        twist = msg.twist.twist
+        speeds = twist.linear.x, twist.angular.z, twist.linear.y
+        self.core.on_odometry(rospy.get_time(), msg.header.stamp.to_sec(), *speeds)
+
+    def _on_speed(self, msg: Any) -> None:
+        """Take a speed of the type that its publisher says it has."""
+        topic, kind = self.core.settings.speed_topic, msg._connection_header["type"]
+        if kind not in SPEEDS:
+            self.core.dropped(topic, f"is {kind}, and not one of {', '.join(SPEEDS)}")
+            return
+        speed = forgiving(SPEEDS[kind])().deserialize(msg._buff)
+        if speed.unreadable is not None:
+            self.core.dropped(topic, speed.unreadable)
+        elif kind == Odometry._type:
+            self._on_odometry(speed)
+        else:
+            self.core.on_speed(rospy.get_time(), speed.data)
+
+    def _publish(self, outputs: Outputs) -> None:
+        if self._brake:
+            self._brake.publish(outputs.brake)
+        if self._drive and outputs.drive:
+            self._drive.publish(fill_drive(AckermannDriveStamped(), outputs.drive, rospy.get_rostime(), self._frame))
+        if self._marker and self._marker.get_num_connections() and (cause := self.core.cause()):
+            self._marker.publish(fill_marker(Marker(lifetime=rospy.Duration(0.5)), cause, rospy.get_rostime()))
+
+    def tick(self) -> None:
+        """Let the watchdog look."""
+        with self._lock:
+            self._publish(self.core.tick(rospy.get_time()))
+
+    def diagnose(self) -> None:
+        """Publish the diagnostics."""
+        with self._lock:
+            status = self.core.diagnostics(rospy.get_time())
+        if self._diagnostics:
+            array = fill_diagnostics(DiagnosticArray(), DiagnosticStatus, KeyValue, status, rospy.get_rostime())
+            self._diagnostics.publish(array)
+
+    def spin(self) -> None:
+        """Watch until the node is shut down: in wall time, so that it also acts when a simulated clock stands."""
+        diagnose_at = time.monotonic()
+        while not rospy.is_shutdown():
+            try:
+                self.tick()
+                if time.monotonic() >= diagnose_at:
+                    diagnose_at = time.monotonic() + self.core.settings.diagnostics_period
+                    self.diagnose()
+            except rospy.ROSException:  # what publish raises once the node is being shut down
+                if not rospy.is_shutdown():
+                    raise
+            time.sleep(self.core.settings.watchdog_period)
+
+
+def run(parameters: Mapping[str, Any] | None = None, name: str = "ttc_fast") -> None:
+    """Run the node until it is shut down. rospy finds remappings (``scan:=/front``, ``_hold:=1.0``) in ``sys.argv``.
+
+    Parameters
+    ----------
+    parameters : mapping, optional
+        Settings as ``NodeSettings.of`` takes them; those of the node's name on the parameter server win.
+    name : str
+        Of the node.
+
+    Raises
+    ------
+    SettingError
+        If a parameter cannot be used.
+    """
+    rospy.init_node(name)
+    settings = NodeSettings.of({**(parameters or {}), **_on_server()})
+    node = RospyNode(settings)
+    stay_registered()
+    node.spin()
+
+
+def main() -> int:
+    """Run the node, for ``rosrun ttc_fast_ros brake_node``."""
+    try:
+        run()
+    except SettingError as error:
+        print(f"ttc_fast: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _on_server() -> dict[str, Any]:
+    """Return the node's own parameters; waits for a master."""
+    while not rospy.is_shutdown():
+        try:
+            found = rospy.get_param("~", {})
+        except OSError as error:
+            rospy.logwarn_throttle(10.0, f"waiting for the master at {rospy.get_master().target.uri}: {error}")
+            time.sleep(0.2)
+            continue
+        if not isinstance(found, dict):
+            raise SettingError(f"the parameter {rospy.get_name()} must be a table of settings, got {found!r}")
+        return found
+    return {}
+
+
+def _publisher(topic: str, kind: Any) -> Any:
+    return rospy.Publisher(topic, kind, queue_size=1, tcp_nodelay=True) if topic else None
