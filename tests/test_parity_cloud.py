@@ -304,3 +304,10 @@ def test_points_exactly_on_the_bounds(bound: float, dtype: Any, gate: Callable[[
     columns = (values, values[::-1].copy(), np.roll(values, 1), values)
     for layout in LAYOUTS.values():
         assert_parity(layout(columns), gate(bound), ttc_fast.KthSmallest(3))
+
+
+def test_a_fence_beyond_every_number() -> None:
+    """A factor so large that its product overflows is no fence at all."""
+    points = np.array([[1.0, 0.0, 1.0], [3e38, 0.0, 1.0]], np.float32)
+    assert_parity(points, Gate(), ttc_fast.InterquartileFence(1e300))
+    assert ttc_fast.robust_min_x(points, estimator=ttc_fast.InterquartileFence(1e300)).x == 1.0

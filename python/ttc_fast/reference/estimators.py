@@ -89,7 +89,7 @@ def _fenced(candidates: Candidates, factor: float) -> Estimate | None:
         return None
     lower, upper = (_order_statistic(candidates.x, q) for q in (0.25, 0.75))
     spread = factor * (upper - lower)
-    if not math.isfinite(spread):  # the difference may be beyond the largest number, and 0 times that is no number
+    if not math.isfinite(upper - lower):  # the difference may be beyond the largest number, and 0 times that is none
         spread = factor * upper - factor * lower
     inside = np.flatnonzero(candidates.x >= lower - spread)
     return _single(candidates, inside[0], support=len(inside))

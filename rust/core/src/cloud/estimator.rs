@@ -153,8 +153,9 @@ fn quantile<T: Real>(candidates: &mut [Candidate<T>], q: f64) -> Option<f64> {
 /// The nearest not below the fence.
 fn fenced<T: Real>(candidates: &mut [Candidate<T>], factor: f64) -> Option<Estimate> {
     let (first, third) = (quantile(candidates, 0.25)?, quantile(candidates, 0.75)?);
-    let spread = factor * (third - first);
-    let fence = first - if spread.is_finite() { spread } else { factor * third - factor * first };
+    let range = third - first;
+    let spread = if range.is_finite() { factor * range } else { factor * third - factor * first };
+    let fence = first - spread;
     let inside = || candidates.iter().filter(|candidate| candidate.x.wide() >= fence);
     let nearest = inside().min_by(|a, b| a.order(b))?;
     Some(Estimate { x: nearest.x.wide(), index: Some(nearest.index), support: inside().count() })
