@@ -30,16 +30,14 @@ if TYPE_CHECKING:
 
 STAMP = 1_700_000_000_123_456_789
 NAMES = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=9)
+HUMBLE = store_of({**DEFINITIONS, **GID_OF_HUMBLE})
 FLOATS = st.floats(width=32, allow_nan=False)
 
 
 @pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith("ackermann_msgs")])
 @pytest.mark.parametrize("release", UPSTREAM)
 def test_definitions_are_those_of_ros(name: str, release: str) -> None:
-    if release == "humble" and name.startswith("rmw_dds_common"):
-        definitions = store_of({**DEFINITIONS, **GID_OF_HUMBLE})
-    else:
-        definitions = STORE
+    definitions = HUMBLE if release == "humble" and name.startswith("rmw_dds_common") else STORE
     theirs = UPSTREAM[release]
     assert definitions.fielddefs[ros2_name(name)][1] == theirs.fielddefs[ros2_name(name)][1]
     assert definitions.hash_rihs01(ros2_name(name)) == theirs.hash_rihs01(ros2_name(name))
@@ -137,7 +135,7 @@ def test_marker_is_that_of_rosbags(frame: str, text: str, x: float, y: float) ->
         mesh_file=make("visualization_msgs/MeshFile", filename="", data=nothing),
         mesh_use_embedded_materials=False,
     )
-    color = (1.0, 0.5, 0.0, 1.0)
+    color = (1.0, 0.5, 0.0)
     ours = encoded_marker(STAMP, frame, (x, y, 0.25), color=color, diameter=0.5, lifetime=1.25, text=text)
     assert ours == serialised("visualization_msgs/Marker", theirs)
 
@@ -147,7 +145,7 @@ def test_marker_is_that_of_rosbags(frame: str, text: str, x: float, y: float) ->
 def test_discovery_is_that_of_rosbags(size: int, counts: tuple[int, int], name: str) -> None:
     gids = [bytes(range(n, n + 16)).ljust(size, b"\0") for n in range(7)]
     readers, writers = gids[1 : 1 + counts[0]], gids[4 : 4 + counts[1]]
-    store = STORE if size == 16 else store_of({**DEFINITIONS, **GID_OF_HUMBLE})
+    store = STORE if size == 16 else HUMBLE
     info, node, gid = (
         store.types[f"rmw_dds_common/msg/{kind}"] for kind in ("ParticipantEntitiesInfo", "NodeEntitiesInfo", "Gid")
     )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from dds_harness import DdsHarness
 from ros_harness import BEAMS, GEOMETRY, CoreHarness, RclpyHarness, RospyHarness, Seen
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ AHEAD = BEAMS // 2
 OK, WARN, ERROR, STALE = range(4)
 
 
-@pytest.fixture(params=["core", "rospy", "rclpy"])
+@pytest.fixture(params=["core", "rospy", "rclpy", "dds"])
 def make(request: pytest.FixtureRequest) -> Iterator[Make]:
     """Make the node with some parameters."""
     with pytest.MonkeyPatch.context() as patch:
@@ -32,8 +33,18 @@ def make(request: pytest.FixtureRequest) -> Iterator[Make]:
             "core": CoreHarness,
             "rospy": lambda **parameters: RospyHarness(patch, **parameters),
             "rclpy": lambda **parameters: RclpyHarness(patch, **parameters),
+            "dds": lambda **parameters: DdsHarness(patch, **parameters),
         }
-        yield lambda **parameters: kinds[request.param](**{**AT_ONCE, **parameters})
+        made = []
+
+        def make_one(**parameters: Any) -> Any:
+            made.append(kinds[request.param](**{**AT_ONCE, **parameters}))
+            return made[-1]
+
+        yield make_one
+        for each in made:
+            if isinstance(each, DdsHarness):
+                each.close()
 
 
 def hall(distance: float = math.inf, beam: int = AHEAD) -> np.ndarray[Any, np.dtype[np.float32]]:
@@ -506,7 +517,7 @@ class TestDiagnostics:
 class TestMessages:
     """What only the adapters have."""
 
-    @pytest.fixture(params=[RospyHarness, RclpyHarness])
+    @pytest.fixture(params=[RospyHarness, RclpyHarness, DdsHarness])
     def adapter(self, request: pytest.FixtureRequest) -> Iterator[Make]:
         with pytest.MonkeyPatch.context() as patch:
             yield lambda **parameters: request.param(patch, **{**AT_ONCE, **parameters})

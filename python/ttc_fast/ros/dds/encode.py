@@ -73,14 +73,14 @@ def encoded_marker(
     position: tuple[float, float, float],
     *,
     action: int = ADD,
-    color: tuple[float, float, float, float],
+    color: tuple[float, float, float],
     diameter: float = 0.2,
     lifetime: float = 0.5,
     text: str = "",
 ) -> bytes:
     """Pack a visualization_msgs/Marker: a sphere that fades when it is not renewed; m and s."""
     writer = Writer().header(stamp, frame).string("ttc_fast").put("i", 0, SPHERE, action)
-    writer.put("d", *position, 0.0, 0.0, 0.0, 1.0, diameter, diameter, diameter).put("f", *color)
+    writer.put("d", *position, 0.0, 0.0, 0.0, 1.0, diameter, diameter, diameter).put("f", *color, 1.0)
     seconds, nanoseconds = divmod(round(lifetime * 1e9), 1_000_000_000)
     writer.put("i", seconds).put("I", nanoseconds).put("B", 0)
     writer.put("I", 0, 0)  # points and colors

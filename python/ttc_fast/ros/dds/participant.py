@@ -56,13 +56,17 @@ class Subscription:
         for sample in self.reader.take(AT_ONCE):
             if isinstance(sample, InvalidSample):  # the last publisher has left
                 continue
-            try:
-                message = self._decode(sample.cdr)
-            except MessageError as error:
-                self.unreadable += 1
-                LOG.debug("a message on %s %s", self.topic, error)
-            else:
-                self._take(message)
+            self.deliver(sample.cdr)
+
+    def deliver(self, cdr: bytes) -> None:
+        """Read a message, and hand it on."""
+        try:
+            message = self._decode(cdr)
+        except MessageError as error:
+            self.unreadable += 1
+            LOG.debug("a message on %s %s", self.topic, error)
+        else:
+            self._take(message)
 
     @property
     def lost(self) -> int:
@@ -78,6 +82,11 @@ class Publisher:
         self.topic = topic
         self.unsent = 0
         self._kind = kind
+
+    @property
+    def has_listeners(self) -> bool:
+        """Whether anybody reads it."""
+        return bool(self.writer.get_matched_subscriptions())
 
     def publish(self, cdr: bytes) -> None:
         """Send a serialised message. A reader that is stuck holds nobody up: the message is given up and counted."""
