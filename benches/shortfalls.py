@@ -23,12 +23,16 @@ _LONG_SCAN = (
 _PER_BEAM = (
     "Three tables are read besides the ranges: 20 bytes for each beam, where a copy moves 8, so that over many "
     "beams 0.4 of a bare copy is the limit of this design. The instructions are the other bound: about 90 for 16 "
-    "beams at AVX2, for the rules of validity and the checks of bounds too. Over 1080 beams two thirds of the bare copy "
-    "are its call through ctypes, so that row flatters: beside the bandwidth alone it is about 0.1."
+    "beams at AVX2, for the rules of validity and the checks of bounds too. Over 1080 beams two thirds of the bare "
+    "copy are its call through ctypes, so that row flatters: beside the bandwidth alone it is about 0.1."
 )
 _BATCH = (
     "Each row is a search of its own, and takes more than the kernel takes for a single scan of 1080 beams; a bare "
     "read of the bytes takes about a fifth of it."
+)
+_RATES = (
+    "Arithmetic bounds it: about forty operations in float64 for each beam and remembered scan (6 of them at 10 Hz, 21 "
+    "at 40 Hz), and what is summed up for a beam does not fit in the registers."
 )
 _HITS = (
     "Points inside the gate take 4 to 10 ns each, to be kept, bounded and selected from, and the sector ahead that "
@@ -47,9 +51,9 @@ _CLUSTER = (
 )
 _THREADS = (
     "The thread that asks works on whatever nobody has begun, and waits for nobody who has not. So it depends on the "
-    "second thread: where it got a core in time, a batch took 0.53 of the time of one thread; where it came too late, 1.0 "
-    "to 1.03; and on a machine busy with other work up to 1.2, because a helper that is interrupted within its piece "
-    "is waited for."
+    "second thread: where it got a core in time, a batch took 0.53 of the time of one thread; where it came too "
+    "late, 1.0 to 1.03; and on a machine busy with other work up to 1.2, because a helper that is interrupted "
+    "within its piece is waited for."
 )
 
 WHY: dict[tuple[str, str | None], str] = {

@@ -4,7 +4,7 @@
 //! default everywhere and touches no pool.
 //!
 //! Whoever asks works too, and takes whatever nobody has begun: a helper that wakes late finds less left, or nothing, and
-//! is not waited for.
+//! is not waited for. One that is interrupted within a piece is.
 
 use rayon::ThreadPoolBuilder;
 use std::ops::Range;
