@@ -1,11 +1,13 @@
 """How fast logs are read, and where the time goes: ``python -m benches.logs``.
 
 It writes a drive of LaserScan and Odometry, 1080 beams and one odometry a scan, as each kind of bag. Each stage holds
-those before it: the bytes of the file, its records, the frames, the TTC. The stages of all kinds take turns, and the
-least time of each is given, as CPU time of one core a scan. rosbags does the same job beside it, with its own
+those before it: the bytes of the file, its records, the frames, the TTC; beside it a replay through the brake, and one
+whose rows are written as CSV. The stages of all kinds take turns, and the least time of each is given, as CPU time of
+one core a scan. rosbags does the same job beside it, with its own
 deserialisation. The least TTC is compared between all.
 
-``--gigabytes 10`` repeats the ROS 1 bag to that size instead, reads it, and says how the resident memory grew.
+``--gigabytes 10`` repeats the ROS 1 bag to that size instead, reads it, and says how the resident memory grew; with
+``--replay`` it is replayed into a CSV file instead.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ from ttc_fast.logs.bag import MAGIC, Bag
 from ttc_fast.logs.db3 import Database
 from ttc_fast.logs.log import Losses
 from ttc_fast.logs.mcap import McapFile
+from ttc_fast.replay import Replay
+from ttc_fast.replay.rows_out import CsvWriter
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -145,12 +149,31 @@ def rosbags_ttc(path: Path) -> float:
     return least
 
 
+def replay_rows(path: Path) -> float:
+    """Replay it through the brake."""
+    replay = Replay(path)
+    for _ in replay:
+        pass
+    return replay.summary.least.ttc if replay.summary.least else np.nan
+
+
+def replay_csv(path: Path) -> float:
+    """Replay it, and write the rows."""
+    replay, writer = Replay(path), CsvWriter(path.with_suffix(".csv"))
+    for row in replay:
+        writer.write(row)
+    writer.close()
+    return replay.summary.least.ttc if replay.summary.least else np.nan
+
+
 STAGES = {
     "bytes": read_bytes,
     "records": read_records,
     "frames": read_frames,
     "frames and TTC": read_ttc,
     "with rosbags alone": rosbags_ttc,
+    "replay": replay_rows,
+    "replay, CSV": replay_csv,
 }
 
 
@@ -171,12 +194,22 @@ def report(scans: int, rounds: int) -> Report:
     for path in paths:
         least = [min(times[path, stage]) for stage in STAGES]
         ours = least[3] - least[2]
-        rows.append([path.suffix, *(f"{us:.1f}" for us in least), f"{ours:.1f}", f"{1e6 / least[3]:,.0f}"])
-    return Report("Reading logs", LEGEND, ["bag", *STAGES, "of it TTC", "scans/s, TTC and all"], rows)
+        rows.append(
+            [
+                path.suffix,
+                *(f"{us:.1f}" for us in least),
+                f"{ours:.1f}",
+                f"{1e6 / least[3]:,.0f}",
+                f"{1e6 / least[6]:,.0f}",
+            ]
+        )
+    return Report(
+        "Reading logs", LEGEND, ["bag", *STAGES, "of it TTC", "scans/s, TTC and all", "scans/s, replay and CSV"], rows
+    )
 
 
-def grow(gigabytes: float) -> None:
-    """Repeat a bag to a size, read it, and tell the resident memory on the way."""
+def grow(gigabytes: float, *, replayed: bool) -> None:
+    """Repeat a bag to a size, read or replay it, and tell the resident memory on the way."""
     with tempfile.TemporaryDirectory() as folder:
         path = write_bags(Path(folder), 4000)[0]
         content = path.read_bytes()
@@ -192,15 +225,21 @@ def grow(gigabytes: float) -> None:
             )  # unindexed, as a recorder leaves it that crashed
             for _ in range(repeats):
                 file.write(content[head:index])
-        log, count, start = open_log(path), 0, time.perf_counter()
+        writer = CsvWriter(path.with_suffix(".csv")) if replayed else None
+        log: Any = Replay(path) if replayed else open_log(path)
+        count, start = 0, time.perf_counter()
         every = 4000 * max(1, repeats // 10)
         try:
-            for count, _ in enumerate(log, 1):
+            for count, item in enumerate(log, 1):
+                if writer is not None:
+                    writer.write(item)
                 if count % every == 0:
                     resident = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
                     print(f"{count:>9} scans, {resident:.0f} MB resident")
         except LogError as error:  # of repeated stamps, which go back
             print(error)
+        if writer is not None:
+            writer.close()
         seconds = time.perf_counter() - start
         print(
             f"{count} scans of {path.stat().st_size / 1e9:.2f} GB in {seconds:.1f} s: {count / seconds:,.0f} a second"
@@ -213,9 +252,10 @@ def main() -> None:
     parser.add_argument("--scans", type=int, default=20_000)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--gigabytes", type=float)
+    parser.add_argument("--replay", action="store_true")
     arguments = parser.parse_args()
     if arguments.gigabytes:
-        grow(arguments.gigabytes)
+        grow(arguments.gigabytes, replayed=arguments.replay)
     else:
         console().print(report(arguments.scans, arguments.rounds).rich())
 

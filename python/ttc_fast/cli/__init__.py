@@ -8,8 +8,8 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from ttc_fast import SIMD_LEVEL
-from ttc_fast.cli import bench, demo, node
-from ttc_fast.cli.exits import DONE, EXIT_CODES, INSTALL_EXTRA, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
+from ttc_fast.cli import bench, demo, node, replay
+from ttc_fast.cli.exits import DONE, EXIT_CODES, EXTRAS, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError, install
 from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(error.code, str(error))
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
-        if package not in ("rich", "matplotlib"):
+        if package not in EXTRAS:
             raise
-        return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: {INSTALL_EXTRA}")
+        return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: {install(EXTRAS[package])}")
     except KeyboardInterrupt:
         return INTERRUPTED
     return DONE
@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"ttc-fast {version('ttc-fast')}, kernels: {SIMD_LEVEL}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for name, command in (("demo", demo), ("bench", bench), ("node", node)):
+    for name, command in (("replay", replay), ("demo", demo), ("bench", bench), ("node", node)):
         options = commands.add_parser(
             name,
             help=command.SUMMARY,

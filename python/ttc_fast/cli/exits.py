@@ -1,14 +1,23 @@
 """How the command ends."""
 
-DONE, FAILED, USAGE, UNREADABLE, MISSING_EXTRA, INTERRUPTED = 0, 1, 2, 3, 4, 130
-INSTALL_EXTRA = "pip install 'ttc-fast[demo]', in a checkout: pip install '.[demo]'"
+DONE, FAILED, USAGE, UNREADABLE, MISSING_EXTRA, PARTIAL, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
+EXTRAS = {"rich": "demo", "matplotlib": "demo", "pyarrow": "parquet"}
+"""Which extra brings a package."""
+
+
+def install(extra: str) -> str:
+    """Say how to install an extra."""
+    return f"pip install 'ttc-fast[{extra}]', in a checkout: pip install '.[{extra}]'"
+
+
 EXIT_CODES = f"""\
 exit codes:
   {DONE}    done
   {FAILED}    the output could not be written, or the answers of bench differ
   {USAGE}    the command line makes no sense, or the settings of the node
   {UNREADABLE}    the log cannot be read, or makes no sense with these settings
-  {MISSING_EXTRA}    an optional package is missing: {INSTALL_EXTRA}
+  {MISSING_EXTRA}    an optional package is missing: {install("demo")}
+  {PARTIAL}    replay: a part of a log was lost, or one of several logs could not be read; the rest was done
   {INTERRUPTED}  interrupted
 """
 

@@ -1,0 +1,120 @@
+"""A brake controller beside the log: what it decides of each frame, and what it saw."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ttc_fast.brake import EstimateThreshold, IttcThreshold, Motion, StoppingDistance, SweptPathThreshold
+from ttc_fast.brake.criteria import NOTHING, Criterion, Looks
+from ttc_fast.status import Status
+
+if TYPE_CHECKING:
+    from ttc_fast._core import ScanTTC
+    from ttc_fast.brake import BrakeController, Decision
+    from ttc_fast.brake.criteria import Judgement, Scene
+    from ttc_fast.configuration import Configuration
+
+SET_BACK = 1.0
+"""s: a clock that goes back by more was set anew, as where a simulation restarts; by less it is jitter."""
+
+
+class Witness(Criterion):
+    """A criterion that never triggers, and keeps what the controller showed to the others."""
+
+    name: ClassVar[str] = "Witness"
+    unit: ClassVar[str] = "s"
+
+    def __init__(self, looks: Looks) -> None:
+        self.looks = looks
+        self.scene: Scene | None = None
+
+    def judge(self, scene: Scene) -> Judgement:
+        """Keep the first scene of a frame: later ones are of what the vehicle would do if it were released."""
+        if self.scene is None:
+            self.scene = scene
+        return NOTHING
+
+
+class Judge:
+    """Hands frames to a controller, with its watchdog.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Of the controller.
+    sensor_timeout : float
+        Its own, s.
+    scan, path
+        What it looks with; neither for estimates.
+    sees_path : bool
+        Whether there is an outline.
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        sensor_timeout: float,
+        *,
+        scan: ScanTTC | None = None,
+        path: Any = None,
+        sees_path: bool = False,
+    ) -> None:
+        first: Criterion = EstimateThreshold()
+        if sees_path:
+            first = SweptPathThreshold()
+        elif scan is not None:
+            first = IttcThreshold()
+        criteria = configuration.criteria or (first, StoppingDistance())
+        self.criteria = criteria
+        self._witness = Witness(Looks.ESTIMATE if scan is None and path is None else criteria[0].looks)
+        self._configuration = replace(configuration, criteria=(*criteria, self._witness))
+        self._scan, self._path = scan, path
+        self._timeout = sensor_timeout
+        self.stale = self.resets = 0
+        self._begin()
+
+    def _begin(self) -> None:
+        self._controller: BrakeController = self._configuration.controller(self._scan, self._path)
+        self._stamp = math.nan
+        self._blind = self._ignored = 0
+
+    @property
+    def thresholds(self) -> list[float]:
+        """Of the criteria that compare a TTC, s."""
+        return [float(each.threshold) for each in self.criteria if each.unit == "s" and hasattr(each, "threshold")]
+
+    def is_reset(self, stamp: float) -> bool:
+        """Begin anew where the clock of the log was set back; say so."""
+        if stamp < self._stamp - SET_BACK:
+            self.resets += 1
+            self._begin()
+            return True
+        return False
+
+    def decide(self, stamp: float, motion: Motion | None, /, **data: Any) -> tuple[Decision, Scene | None, Status]:
+        """Decide on a frame: what is done, what was seen, and what the frame is worth where nothing was seen."""
+        update, witness = self._controller.update, self._witness
+        if stamp - self._stamp > self._timeout:
+            self.stale += 1
+            update(stamp)  # the watchdog, just before the frame comes
+        self._stamp = stamp
+        witness.scene = None
+        decision = update(stamp, motion=motion, **data)
+        scene = witness.scene
+        counters = decision.counters
+        status = Status.WARMING_UP
+        if counters.blind != self._blind:
+            self._blind, status, scene = counters.blind, Status.NO_DATA, None
+        elif counters.ignored != self._ignored:
+            self._ignored, status, scene = counters.ignored, Status.INVALID, None
+        return decision, scene, status
+
+
+def motion_of(frame: Any) -> Motion | None:
+    """Return the motion of a frame, as old as it is; None where it is not known."""
+    if frame.speed is None:
+        return None
+    age = frame.speed_age
+    return Motion(frame.speed, frame.yaw_rate, 0.0, frame.stamp - age if 0.0 < age < math.inf else frame.stamp)

@@ -1,0 +1,90 @@
+"""Scans: what each beam, or the vehicle's path, runs into."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ttc_fast.replay.judge import Judge, motion_of
+from ttc_fast.replay.row import Row
+
+if TYPE_CHECKING:
+    from ttc_fast.logs import ScanFrame, ScanLog
+    from ttc_fast.replay.settings import Settings
+
+
+class Scans:
+    """Frames of a log of scans to rows.
+
+    Parameters
+    ----------
+    log : ScanLog
+        Of the frames.
+    settings : Settings
+        Of scanner and brake.
+
+    Raises
+    ------
+    ConfigurationError
+        If a setting makes no sense.
+    """
+
+    def __init__(self, log: ScanLog, settings: Settings) -> None:
+        self._settings = settings
+        self._configuration = settings.configured()
+        told = {name: value for name, value in vars(log.scanner).items() if value is not None}
+        self.scan = self._configuration.scanner(**told)
+        merged = {**told, **self._configuration.scan}
+        self.outline, self.mount = merged.get("outline"), merged.get("mount", (0.0, 0.0, 0.0))
+        self.judge = self._judge()
+
+    def _judge(self, *, rated: bool = False) -> Judge:
+        if rated and self._configuration.range_rate is None:
+            self._configuration = replace(self._configuration, range_rate={})
+        return Judge(
+            self._configuration,
+            self._settings.sensor_timeout,
+            scan=self.scan,
+            sees_path=self.outline is not None,
+        )
+
+    def begin(self, frame: ScanFrame) -> None:
+        """Look at the first frame: without a speed, the ranges have to tell what closes."""
+        if frame.speed is None:
+            self.judge = self._judge(rated=True)
+
+    def row(self, number: int, frame: ScanFrame) -> Row:
+        """Judge a frame."""
+        stamp, speed = frame.stamp, frame.speed
+        self.judge.is_reset(stamp)
+        decision, scene, status = self.judge.decide(stamp, motion_of(frame), ranges=frame.ranges, stamp=stamp)
+        criterion = decision.criterion
+        now = math.nan if speed is None else speed
+        seen = None if scene is None else scene.path or scene.beams
+        if seen is None or scene is None or criterion is None:
+            return Row(
+                number, stamp, math.nan, math.nan, math.inf, status, decision.command, decision.reason, speed=now
+            )
+        return Row(
+            number,
+            stamp,
+            seen.clearance,
+            seen.closing_speed,
+            seen.ttc,
+            seen.status,
+            decision.command,
+            decision.reason,
+            math.nan,
+            math.nan,
+            math.nan,
+            math.nan,
+            now,
+            scene.returns,
+            criterion.name,
+            decision.value,
+            decision.threshold,
+            seen.index,
+            seen.range,
+            seen.angle,
+        )

@@ -1,0 +1,172 @@
+"""Clouds and distances: a tracker follows what is ahead, and the brake judges what it estimates."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ttc_fast._core import CloudTracker, DistanceTracker, SweptPath
+from ttc_fast.brake import Estimate, Motion
+from ttc_fast.configuration import ConfigurationError
+from ttc_fast.logs import forward_left_up
+from ttc_fast.replay.judge import Judge, motion_of
+from ttc_fast.replay.row import Row
+from ttc_fast.status import Status
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ttc_fast._core import TrackedTTC
+    from ttc_fast.brake import Decision
+    from ttc_fast.brake.criteria import Scene
+    from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog
+    from ttc_fast.replay.settings import Settings
+
+UNSEEN = (math.nan, math.nan)
+
+
+class Clouds:
+    """Frames of a log of clouds to rows.
+
+    Parameters
+    ----------
+    log : CloudLog
+        Of the frames.
+    settings : Settings
+        Of gate and brake.
+
+    Raises
+    ------
+    ConfigurationError
+        If a setting makes no sense.
+    """
+
+    def __init__(self, log: CloudLog, settings: Settings) -> None:
+        self._settings, self._configuration = settings, settings.configured()
+        self.lidar = log.lidar
+        self.gate = settings.gate_of(log.lidar)
+        scanner = settings.of_scanner
+        self.outline, self.mount = scanner.get("outline"), tuple(scanner.get("mount", (0.0, 0.0, 0.0)))
+        self.path: SweptPath | None = None
+        self._restart()
+
+    def _restart(self) -> None:
+        self._tracker = CloudTracker(self.gate, front_offset=self.lidar.front_offset)
+        self.judge = Judge(
+            self._configuration,
+            self._settings.sensor_timeout,
+            path=self.path,
+            sees_path=self.path is not None,
+        )
+
+    def begin(self, frame: CloudFrame) -> None:
+        """Look at the first frame: with an outline and a speed, the points on the path are judged as well."""
+        if self.outline is None or frame.speed is None:
+            return
+        try:
+            self.path = SweptPath(self.outline)
+        except (ValueError, TypeError) as error:
+            raise ConfigurationError(f"outline: {error}") from None
+        self._restart()
+
+    def row(self, number: int, frame: CloudFrame) -> Row:
+        """Judge a frame."""
+        stamp = frame.stamp
+        if self.judge.is_reset(stamp):
+            self._tracker = CloudTracker(self.gate, front_offset=self.lidar.front_offset)
+        tracked = self._tracker.update(frame.points, stamp)
+        data: dict[str, Any] = {"estimate": estimate_of(tracked, stamp)}
+        if self.path is not None:
+            data |= {"points": self.obstacles(frame.points), "stamp": stamp}
+        decision, scene, _ = self.judge.decide(stamp, motion_of(frame), **data)
+        return row_of(number, stamp, tracked, frame.speed, decision, scene)
+
+    def obstacles(self, points: NDArray[Any]) -> NDArray[Any]:
+        """Return the points at the heights of the gate, in the vehicle frame, without the vehicle's own before it."""
+        points = forward_left_up(points, self.gate.axes)[:, :3]
+        (near, _), (right, left), heights = self.gate.x, self.gate.y, self.gate.z
+        counts = ~((points[:, 0] >= 0.0) & (points[:, 0] < near) & (points[:, 1] >= right) & (points[:, 1] <= left))
+        if heights is not None:
+            counts &= (points[:, 2] >= heights[0]) & (points[:, 2] <= heights[1])
+        points = points[counts]
+        x, y, yaw = self.mount
+        if (x, y, yaw) == (0.0, 0.0, 0.0):
+            return np.ascontiguousarray(points)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        turned = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]], points.dtype)
+        moved: NDArray[Any] = points @ turned + np.array([x, y, 0.0], points.dtype)
+        return moved
+
+
+class Distances:
+    """Frames of a log of distances to rows.
+
+    Parameters
+    ----------
+    log : DistanceLog
+        Of the frames.
+    settings : Settings
+        Of the brake.
+    """
+
+    outline = None
+
+    def __init__(self, log: DistanceLog, settings: Settings) -> None:
+        del log
+        self._tracker = DistanceTracker()
+        self.judge = Judge(settings.configured(), settings.sensor_timeout)
+
+    def begin(self, frame: DistanceFrame) -> None:
+        """Nothing is to be decided by the first frame."""
+
+    def row(self, number: int, frame: DistanceFrame) -> Row:
+        """Judge a frame."""
+        if self.judge.is_reset(frame.stamp):
+            self._tracker = DistanceTracker()
+        tracked = self._tracker.update(frame.distance, frame.stamp)
+        motion = None if frame.speed is None else Motion(frame.speed)
+        decision, scene, _ = self.judge.decide(frame.stamp, motion, estimate=estimate_of(tracked, frame.stamp))
+        return row_of(number, frame.stamp, tracked, frame.speed, decision, scene)
+
+
+def estimate_of(tracked: TrackedTTC, stamp: float) -> Estimate | None:
+    """Return what the brake is told; nothing where the sensor saw nothing, which the watchdog has to find out."""
+    if tracked.status in (Status.NO_DATA, Status.INVALID):
+        return None
+    return Estimate(stamp, tracked.ttc, tracked.ttc_interval, tracked.distance, tracked.closing_speed)
+
+
+def row_of(
+    number: int, stamp: float, tracked: TrackedTTC, speed: float | None, decision: Decision, scene: Scene | None
+) -> Row:
+    """Put together what the tracker says, or the path where that comes first, and what is done."""
+    path = None if scene is None else scene.path
+    first = path if path is not None and path.ttc < tracked.ttc else None
+    closing_low, closing_high = tracked.closing_speed_interval or UNSEEN
+    ttc_low, ttc_high = tracked.ttc_interval or UNSEEN
+    if first is not None:
+        closing_low, closing_high, ttc_low, ttc_high = *UNSEEN, *UNSEEN
+    return Row(
+        number,
+        stamp,
+        tracked.distance if first is None else first.clearance,
+        tracked.closing_speed if first is None else first.closing_speed,
+        tracked.ttc if first is None else first.ttc,
+        tracked.status if first is None else first.status,
+        decision.command,
+        decision.reason,
+        closing_low,
+        closing_high,
+        ttc_low,
+        ttc_high,
+        math.nan if speed is None else speed,
+        None if path is None or scene is None else scene.returns,
+        "" if decision.criterion is None else decision.criterion.name,
+        decision.value,
+        decision.threshold,
+        -1 if path is None else path.index,
+        math.nan if path is None else path.range,
+        math.nan if path is None else path.angle,
+    )

@@ -1,0 +1,291 @@
+"""Replays: rows of every kind of log are what the brake decides, and what they come to."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bags import KINDS, Scan, drive, write
+from ttc_fast import (
+    BrakeController,
+    CloudTracker,
+    Command,
+    DistanceTracker,
+    Estimate,
+    Gate,
+    IttcThreshold,
+    Motion,
+    Reason,
+    ScanSweptPath,
+    ScanTTC,
+    Status,
+    SweptPathThreshold,
+)
+from ttc_fast.configuration import Configuration, ConfigurationError
+from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
+from ttc_fast.replay import Replay, Row, Settings, Summary, replay, sample
+from ttc_fast.replay.series import MOST, Series
+
+OUTLINE = (-0.1, 0.4, -0.15, 0.15)
+
+
+def written(folder: Path, distances: list[float], dt: float = 0.1) -> Path:
+    path = folder / "distances.csv"
+    lines = [f"{i * dt},{distance}" for i, distance in enumerate(distances)]
+    path.write_text("\n".join(["stamp,distance", *lines]))
+    return path
+
+
+def test_a_scan_says_what_the_kernel_says_and_what_the_controller_decides() -> None:
+    log = open_log(sample("scans"))
+    assert isinstance(log, ScanLog)
+    scan = ScanTTC(**vars(log.scanner))
+    path, controller = ScanSweptPath(scan), BrakeController(scan=scan)
+    rows = list(replay(sample("scans")))
+    for row, frame in zip(rows, log, strict=True):
+        assert frame.speed is not None
+        motion = Motion(frame.speed, frame.yaw_rate, 0.0, frame.stamp)
+        decision = controller.update(frame.stamp, ranges=frame.ranges, stamp=frame.stamp, motion=motion)
+        assert (row.command, row.reason) == (decision.command, decision.reason)
+        nearest = path.nearest(frame.ranges, frame.speed, frame.yaw_rate)
+        assert (row.ttc, row.status, row.beam) == (nearest.ttc, nearest.status, nearest.beam)
+        assert row.valid == nearest.counts.valid
+    assert {row.command for row in rows} == set(Command)
+
+
+def test_a_cloud_says_what_the_tracker_says() -> None:
+    log = open_log(sample("clouds"))
+    assert isinstance(log, CloudLog)
+    lidar = log.lidar
+    assert lidar.sensor_height is not None
+    z = (lidar.height[0] - lidar.sensor_height, lidar.height[1] - lidar.sensor_height)
+    tracker = CloudTracker(Gate(x=(lidar.own_reach, math.inf), z=z), front_offset=lidar.front_offset)
+    rows = list(replay(sample("clouds")))
+    for row, frame in zip(rows, log, strict=True):
+        seen = tracker.update(frame.points, frame.stamp)
+        assert (row.ttc, row.status) == (seen.ttc, seen.status)
+        np.testing.assert_array_equal((row.distance, row.closing_speed), (seen.distance, seen.closing_speed))
+        assert (row.closing_low, row.closing_high) == (
+            seen.closing_speed_interval or (row.closing_low, row.closing_high)
+        )
+    assert [row.command for row in rows][-4:] == [Command.BRAKE] * 4
+
+
+def test_points_on_the_path_are_judged_with_an_outline_and_a_speed() -> None:
+    said = {"speed": 10.0, "outline": (-2.0, 2.0, -0.9, 0.9)}
+    rows = list(replay(sample("clouds"), Settings(recording=said)))
+    first = rows[0]
+    assert first.status is Status.CLOSING  # the tracker knows no speed yet
+    assert first.beam >= 0
+    assert first.closing_speed == 10.0
+    assert first.ttc == pytest.approx(first.distance / 10.0)
+    assert first.criterion == "SweptPathThreshold"
+
+
+def test_a_distance_says_what_the_tracker_says(tmp_path: Path) -> None:
+    distances = [20.0 - 0.8 * i for i in range(24)]
+    rows = list(replay(written(tmp_path, distances)))
+    tracker, controller = DistanceTracker(), BrakeController()
+    for i, (row, distance) in enumerate(zip(rows, distances, strict=True)):
+        seen, stamp = tracker.update(distance, i * 0.1), row.stamp
+        assert (row.ttc, row.status) == (seen.ttc, seen.status)
+        estimate = Estimate(stamp, seen.ttc, seen.ttc_interval, seen.distance, seen.closing_speed)
+        assert row.command is controller.update(stamp, estimate=estimate).command
+    assert rows[-1].command is Command.BRAKE
+
+
+def test_without_a_speed_the_ranges_tell_what_closes(tmp_path: Path) -> None:
+    scans = [Scan(i / 40, i / 40, np.full(64, 6.0 - 0.05 * i, np.float32)) for i in range(60)]
+    rows = list(replay(write(tmp_path, "bag", scans)))
+    assert rows[0].reason is Reason.CLEAR or rows[0].status is Status.WARMING_UP
+    assert math.isnan(rows[-1].speed)
+    assert rows[-1].closing_speed == pytest.approx(2.0, rel=0.1)
+    assert rows[-1].status is Status.CLOSING
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_bag_gives_the_same_rows(kind: str, tmp_path: Path) -> None:
+    settings = Settings(recording={"outline": OUTLINE})
+    for folder in ("one", "other"):
+        (tmp_path / folder).mkdir()
+    rows = list(replay(write(tmp_path / "one", kind, drive(60)), settings))
+    others = list(replay(write(tmp_path / "other", "bag", drive(60)), settings))
+    assert len(rows) == 60
+    assert [row[:8] for row in rows] == [row[:8] for row in others]
+
+
+def test_a_blind_scan_is_invalid_and_braked_for(tmp_path: Path) -> None:
+    blind = [Scan(i / 40, i / 40, np.full(19, np.nan, np.float32)) for i in range(40)]
+    seen = Replay(write(tmp_path, "bag", blind), Settings(recording={"speed": 1.0}))
+    rows = list(seen)
+    assert {row.status for row in rows} == {Status.NO_DATA}
+    assert rows[-1].command is Command.BRAKE
+    assert rows[-1].reason is Reason.BLIND
+    assert seen.summary.invalid == 40
+
+
+def test_a_gap_is_stale_and_braked_for(tmp_path: Path) -> None:
+    path = tmp_path / "d.csv"
+    path.write_text("stamp,distance\n" + "\n".join(f"{t},{20 + t}" for t in (0.0, 0.1, 0.2, 1.2, 1.3)))
+    log = Replay(path)
+    assert [row.command for row in log] == [Command.NONE] * 3 + [Command.BRAKE] * 2
+    assert (log.summary.stale, log.summary.brakes) == (1, 1)
+    patient = Replay(path, Settings(Configuration(brake={"sensor_timeout": 2.0})))
+    assert {row.command for row in patient} == {Command.NONE}
+    assert patient.summary.stale == 0
+
+
+def test_a_clock_that_is_set_back_begins_anew(tmp_path: Path) -> None:
+    items = [
+        Scan(stamp, i / 40, np.full(19, 3.0, np.float32)) for i, stamp in enumerate([5.0, 5.025, 1.0, 1.025, 1.05])
+    ]
+    log = Replay(write(tmp_path, "bag", items), Settings(recording={"speed": 4.0}))
+    rows = list(log)
+    assert log.summary.resets == 1
+    assert [row.status for row in rows] == [Status.CLOSING] * 5
+    assert rows[2].reason is Reason.VOTING  # its votes are counted from the start
+
+
+def test_options_win_over_the_configuration(tmp_path: Path) -> None:
+    file = tmp_path / "car.toml"
+    file.write_text(
+        '[scan]\noutline = [-0.1, 0.4, -0.15, 0.15]\n[[criteria]]\nkind = "SweptPathThreshold"\nthreshold = 0.9\n'
+    )
+    configured = Configuration.read(file)
+    path = sample("scans")
+    by_file = Replay(path, Settings(configured))
+    rows = list(by_file)
+    assert by_file.threshold == 0.9
+    assert {row.criterion for row in rows} == {"SweptPathThreshold"}
+    by_option = Replay(
+        path, Settings(configured, {"outline": (-0.1, 1.4, -0.15, 0.15)}, criteria=(SweptPathThreshold(2.0),))
+    )
+    longer = list(by_option)
+    assert by_option.threshold == 2.0
+    assert longer[60].distance == pytest.approx(rows[60].distance - 1.0, abs=0.01)
+    plain = Replay(path, Settings(criteria=(IttcThreshold(0.3),)))
+    assert {row.criterion for row in plain} == {"IttcThreshold"}
+
+
+def test_a_configured_gate_is_kept_but_for_what_is_said() -> None:
+    lidar = Replay(sample("clouds")).log
+    assert isinstance(lidar, CloudLog)
+    gate = Gate(x=(3.0, 40.0), z=(-1.5, 0.0), curvature=0.01)
+    assert Settings(Configuration(gate=gate)).gate_of(lidar.lidar) == gate
+    said = Settings(Configuration(gate=gate), gate={"x": (4.0, 9.0)}).gate_of(lidar.lidar)
+    assert said == Gate(x=(4.0, 9.0), z=(-1.5, 0.0), curvature=0.01)
+
+
+def test_a_lidar_of_unknown_height_is_asked_for(data: Path) -> None:
+    with pytest.raises(ConfigurationError, match="--sensor-height"):
+        Replay(data / "clouds" / "nebula_vlp16.pcd")
+
+
+def row(frame: int, ttc: float, command: Command = Command.NONE, stamp: float | None = None, **rest: Any) -> Row:
+    at = 0.1 * frame if stamp is None else stamp
+    return Row(frame, at, 1.0, 1.0, ttc, Status.CLOSING, command, Reason.CLEAR, criterion="x", **rest)
+
+
+def test_exposure_is_counted_below_the_threshold() -> None:
+    summary = Summary("log", 1.5, 0.3)
+    for each in (row(0, 2.0), row(1, 1.0), row(2, 0.5), row(3, 2.0), row(4, 1.0), row(20, 3.0)):
+        summary.add(each)
+    assert summary.exposed == pytest.approx(0.1 + 0.1 + 0.3)  # the last for no longer than the brake waits
+    assert summary.integrated == pytest.approx(0.1 * 0.5 + 0.1 * 1.0 + 0.3 * 0.5)
+    assert summary.least is not None
+    assert (summary.least.frame, summary.frames) == (2, 6)
+
+
+def test_events_are_from_the_first_to_the_last_row_that_brakes() -> None:
+    summary = Summary("log", 1.5, 0.3)
+    commands = (Command.NONE, Command.WARN, Command.BRAKE, Command.BRAKE, Command.NONE, Command.BRAKE)
+    for frame, command in enumerate(commands):
+        summary.add(row(frame, 5.0 - frame, command))
+    assert (summary.brakes, summary.warnings) == (2, 1)
+    assert [(event.begin.frame, event.frames, event.least_ttc) for event in summary.events] == [
+        (2, 2, 2.0),
+        (5, 1, 0.0),
+    ]
+
+
+def test_a_series_stays_small_and_keeps_what_matters() -> None:
+    series, count = Series(), 10 * MOST + 7
+    for frame in range(count):
+        command = Command.BRAKE if frame == 12345 else Command.NONE
+        series.add(row(frame, 0.25 if frame == 23456 else 9.0, command))
+        assert len(series.rows) <= MOST
+    series.end()
+    assert series.step == 16
+    frames = [each.frame for each in series.rows]
+    assert {12345, 23456} <= set(frames)
+    assert frames == sorted(frames)
+    assert frames[-1] >= count - series.step
+
+
+@pytest.mark.parametrize("tenth", range(10))
+@pytest.mark.parametrize("kind", ["bag", "db3", "mcap"])
+def test_a_bag_cut_short_is_replayed_as_far_as_it_goes(kind: str, tenth: int, tmp_path: Path) -> None:
+    path = write(tmp_path, kind, drive(100, 256))
+    whole = [each[:8] for each in replay(path)]
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) * tenth // 10])
+    rows: list[Any] = []
+    with pytest.raises(LogError, match=str(path)):  # noqa: PT012 - the rows before it are what matters
+        for each in replay(path):
+            rows.append(each[:8])
+    assert len(rows) < len(whole)
+    np.testing.assert_array_equal([each[:2] for each in rows], [each[:2] for each in whole[: len(rows)]])
+
+
+def test_flipped_bytes_are_survived(tmp_path: Path) -> None:
+    path = write(tmp_path, "bag", drive(60, 128))
+    content, rng = np.frombuffer(path.read_bytes(), np.uint8), np.random.default_rng(3)
+    for _ in range(60):
+        damaged = content.copy()
+        damaged[rng.integers(0, len(content), 8)] = rng.integers(0, 256, 8)
+        path.write_bytes(damaged.tobytes())
+        try:
+            rows = list(replay(path))
+        except (LogError, ConfigurationError):
+            continue
+        assert all(0.0 <= each.ttc <= math.inf for each in rows)
+
+
+RECORDED: dict[str, dict[str, Any]] = {
+    "kitti/velodyne": {},
+    "kitti/velodyne_raw": {"speed": 8.0, "outline": (-2.0, 2.0, -1.0, 1.0)},
+    "kitti/corridor_distances.csv": {"column": "min", "rate": 10.0},
+    "laserscan/breezyslam_exp1.npz": {"outline": (-0.3, 0.2, -0.2, 0.2)},
+    "laserscan/freiburg-101-corrected.log.gz": {},
+    "laserscan/acapulco-corrected.log.gz": {},
+    "laserscan/leg_tracker_positive_2.bag": {},
+    "clouds/nebula_vlp16.pcd": {"sensor_height": 1.7},
+    "clouds/nebula_hesai_qt64.pcd": {"sensor_height": 1.7},
+    "clouds/nuscenes_lidar_top.pcd.bin": {},
+    "clouds/pcl_car6_binary_compressed.pcd": {"sensor_height": 1.0},
+    "clouds/pcl_bun0_ascii.pcd": {"sensor_height": 1.0},
+    "clouds/pcl_office1_keypoints_binary.pcd": {"sensor_height": 1.0},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RECORDED)
+def test_recorded_logs_are_replayed_and_drawn(name: str, data: Path, tmp_path: Path) -> None:
+    from ttc_fast.replay.picture import draw
+
+    log = Replay(data / name, Settings(recording=RECORDED[name]))
+    rows = list(log)
+    assert rows
+    assert log.summary.frames == len(rows)
+    assert all(0.0 <= each.ttc <= math.inf for each in rows)
+    draw(log).savefig(tmp_path / "picture.png", dpi=40)
+
+
+def test_the_recorded_drive_closes_as_the_reference_says(data: Path) -> None:
+    rows = list(replay(data / "kitti" / "velodyne"))
+    reference = np.genfromtxt(data / "kitti" / "corridor_distances.csv", delimiter=",", names=True)
+    ttc = np.array([each.ttc for each in rows])
+    late = np.arange(6, 17)
+    assert np.median(np.abs(ttc[late] / reference["ttc_ref"][late] - 1.0)) < 0.25
+    assert {each.command for each in rows} == {Command.NONE}
