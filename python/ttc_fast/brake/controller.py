@@ -209,8 +209,9 @@ class BrakeController:
         """Remember the newest odometry."""
         speed, yaw_rate, lateral_speed, stamp = motion
         stamp = now if stamp is None else finite("motion.stamp", stamp)
-        for name, value in (("speed", speed), ("yaw_rate", yaw_rate), ("lateral_speed", lateral_speed)):
-            finite(f"motion.{name}", value)
+        if not math.isfinite(speed + yaw_rate + lateral_speed):
+            for name, value in (("speed", speed), ("yaw_rate", yaw_rate), ("lateral_speed", lateral_speed)):
+                finite(f"motion.{name}", value)
         if self._memory.motion_at <= stamp <= now + CLOCK_TOLERANCE:
             self._memory.motion = Motion(speed, yaw_rate, lateral_speed, stamp)
             self._memory.motion_at = stamp

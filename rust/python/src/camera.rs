@@ -3,15 +3,13 @@
 use crate::errors::value_error;
 use crate::gil::release;
 use crate::points::{AnyPixels, Pixels};
-use crate::settings::{Setting, settings};
+use crate::settings_object::settings_object;
 use crate::{enums, level};
-use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 use ttc_fast_core::camera::{self, Estimator, Keypoints};
 
-settings! {
+settings_object! {
     /// The median of all pairs' ratios of distances, exactly.
     ///
     /// The plain published method. Survives mismatches in up to a quarter or so of the matches, as each spoils all pairs that it
@@ -27,7 +25,7 @@ settings! {
     MedianRatio(), "()" => Estimator: Estimator::MedianRatio
 }
 
-settings! {
+settings_object! {
     /// The mean of all pairs' ratios of distances, without a share of the lowest and the same share of the highest.
     ///
     /// Between the plain mean (0) and the median (towards 0.5).
@@ -52,7 +50,7 @@ settings! {
     TrimmedMeanRatio(share: f64 = 0.25), "(share=0.25)" => Estimator: Estimator::TrimmedMeanRatio(share)
 }
 
-settings! {
+settings_object! {
     /// The scale of the similarity (scale, turn and shift) that fits all matches best by least squares.
     ///
     /// Time linear in the number of matches, and no outlier survived: for matches that are known to be clean. It looks at
@@ -72,7 +70,7 @@ settings! {
     LeastSquares(), "()" => Estimator: Estimator::LeastSquares
 }
 
-settings! {
+settings_object! {
     /// The mean ratio of distances of the matches that move as one body. The default.
     ///
     /// Background and mismatches do not move with the body ahead. The similarity (scale, turn and shift) that most matches agree

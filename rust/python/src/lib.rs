@@ -29,7 +29,6 @@ mod range_rate;
 mod road;
 mod scan;
 mod scan_path;
-mod settings;
 mod settings_object;
 mod tracked;
 mod tracker;

@@ -24,6 +24,13 @@ impl Setting for usize {
     }
 }
 
+impl Setting for u64 {
+    type Argument = i64;
+    fn checked(name: &str, argument: i64) -> PyResult<Self> {
+        u64::try_from(argument).map_err(|_| PyValueError::new_err(format!("{name} must be at least 0, got {argument}")))
+    }
+}
+
 /// What an object with settings looks like from Python: checked settings, their getters, `repr`, equality and pickling.
 macro_rules! settings_object {
     ($(#[$doc:meta])* $name:ident($($setting:ident: $type:ty $(= $default:expr)?),*), $signature:literal => $kind:ty: $core:expr) => {

@@ -253,3 +253,26 @@ impl Tally {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Bracket, Sides};
+
+    #[test]
+    fn a_value_is_known_by_its_rank_from_the_first_to_the_one_above() {
+        let bracket = Bracket { low: 1.0, high: 2.0 };
+        let kept = vec![1.7, 1.2];
+        let sides = Sides { bracket, below: 4, at_low: 3, inside: 2, kept, at_high: 1, above: 5, next: 2.5 };
+        let values: Vec<Option<f64>> = (3..12).map(|rank| sides.value_at(rank)).collect();
+        let known = [1.0, 1.0, 1.0, 1.2, 1.7, 2.0, 2.5];
+        let expected: Vec<Option<f64>> = [None].into_iter().chain(known.map(Some)).chain([None]).collect();
+        assert_eq!(values, expected);
+    }
+
+    #[test]
+    fn what_was_not_kept_is_not_known() {
+        let bracket = Bracket { low: 1.0, high: 2.0 };
+        let sides = Sides { bracket, below: 0, at_low: 1, inside: 9, kept: vec![], at_high: 1, above: 0, next: 3.0 };
+        assert_eq!([0, 1, 9, 10, 11].map(|rank| sides.value_at(rank)), [Some(1.0), None, None, Some(2.0), Some(3.0)]);
+    }
+}
