@@ -157,6 +157,11 @@ class TestRelease:
         decision = drive.frames(40, 1.0, 0.0)
         assert (decision.command, decision.reason) == (Command.BRAKE, Reason.STANDSTILL)
 
+    def test_standing_is_standing_whatever_counts_as_such(self) -> None:
+        drive = Drive(hold=0.0, standstill_speed=0.0)
+        drive.frames(3, 2.4, 4.0)
+        assert drive.frames(5, 1.0, 0.0).command is Command.BRAKE
+
     def test_the_way_was_cleared(self) -> None:
         drive = Drive(hold=0.0)
         drive.frames(3, 2.4, 4.0)
@@ -399,6 +404,7 @@ class TestState:
         ({"scan": scanner(), "criteria": [SweptPathThreshold()]}, ValueError, "outline"),
         ({"scan": "scan"}, TypeError, "scan"),
         ({"time_increment": math.inf}, ValueError, "time_increment"),
+        ({"horizon": -1.0}, ValueError, "horizon"),
     ],
 )
 def test_settings_are_refused_with_the_reason(settings: dict[str, Any], error: type[Exception], says: str) -> None:

@@ -24,6 +24,7 @@ A TOML file has up to five parts, all optional:
 from __future__ import annotations
 
 import difflib
+import importlib
 import inspect
 import sys
 from dataclasses import dataclass, field
@@ -41,13 +42,8 @@ from ttc_fast.brake import (
     SweptPathThreshold,
 )
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
     from os import PathLike
 
     from ttc_fast.brake import Criterion
@@ -119,12 +115,12 @@ class Configuration:
     def read(cls, path: str | PathLike[str]) -> Configuration:
         """Make it from a TOML file."""
         try:
-            return cls.of(tomllib.loads(Path(path).read_text(encoding="utf-8")))
+            return cls.of(read_toml(Path(path).read_text(encoding="utf-8")))
         except OSError as error:
             raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
-        except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        except UnicodeDecodeError as error:
             raise ConfigurationError(f"{path}: is not TOML: {error}") from None
-        except ConfigurationError as error:
+        except ValueError as error:
             raise ConfigurationError(f"{path}: {error}") from None
 
     def scanner(self, **told: Any) -> ScanTTC:
@@ -140,6 +136,19 @@ class Configuration:
         settings = {"criteria": self.criteria, "scan": scan, "path": path, "range_rate": rates, **told, **self.brake}
         controller: BrakeController = _made("brake", BrakeController, settings)
         return controller
+
+
+def read_toml(text: str) -> dict[str, Any]:
+    """Read TOML; a ValueError says what is wrong with it."""
+    try:
+        tomllib = importlib.import_module("tomllib" if sys.version_info >= (3, 11) else "tomli")
+    except ModuleNotFoundError:
+        raise ValueError("needs tomli to be read before Python 3.11: pip install tomli") from None
+    try:
+        table: dict[str, Any] = tomllib.loads(text)
+    except ValueError as error:
+        raise ValueError(f"is not TOML: {error}") from None
+    return table
 
 
 def _criterion(settings: Any) -> Criterion:
@@ -163,9 +172,13 @@ def _known(part: str, settings: Iterable[str], names: Iterable[str]) -> None:
     names = list(names)
     for name in settings:
         if name not in names:
-            close = difflib.get_close_matches(name, names, 1)
-            hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(names)}"
-            raise ConfigurationError(f"{part} has no setting {name!r}: {hint}")
+            raise ConfigurationError(f"{part} has no setting {name!r}: {hint(name, names)}")
+
+
+def hint(name: str, names: Sequence[str]) -> str:
+    """Say what somebody may have meant who wrote ``name``."""
+    close = difflib.get_close_matches(name, names, 1)
+    return f"did you mean {close[0]}?" if close else f"there are {', '.join(names)}"
 
 
 def _made(part: str, kind: Any, settings: Mapping[str, Any]) -> Any:

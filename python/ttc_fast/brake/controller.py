@@ -11,14 +11,14 @@ from ttc_fast.brake.command import Command, Counters, Decision, Reason
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.eyes import Eyes, Frame
 from ttc_fast.brake.memory import Memory
-from ttc_fast.brake.sight import Estimate, Motion
+from ttc_fast.brake.sight import STANDING, Estimate, Motion
 from ttc_fast.brake.votes import VoteRule
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ttc_fast import ScanTTC, SweptPath
+    from ttc_fast import RangeRate, ScanTTC, SweptPath
     from ttc_fast.brake.criteria import Criterion, Judgement, Scene
 
 CLOCK_TOLERANCE = 0.1
@@ -38,7 +38,7 @@ class BrakeController:
     path : SweptPath, optional
         How ``points`` are read. With neither ``scan`` nor ``path``, each ``estimate`` is a frame of its own, judged by
         ``EstimateThreshold(1.5)`` and ``StoppingDistance()``.
-    range_rate : RangeRateTTC, optional
+    range_rate : RangeRate, optional
         Tells closing speeds without odometry; sees each frame, so that it is warm when odometry fails.
     time_increment : float, default 0.0
         Between the beams of a scan, s, as in ``sensor_msgs/LaserScan``; each beam's own age is taken off its TTC.
@@ -101,7 +101,7 @@ class BrakeController:
         *,
         scan: ScanTTC | None = None,
         path: SweptPath | None = None,
-        range_rate: Any = None,
+        range_rate: RangeRate | None = None,
         time_increment: float = 0.0,
         horizon: float = 5.0,
         trigger: tuple[int, int] = (3, 4),
@@ -259,7 +259,7 @@ class BrakeController:
         memory.clears = 0
         if not memory.braking:
             memory.braking = True
-            memory.braked_from = motion or memory.motion or Motion(0.0)
+            memory.braked_from = motion or memory.motion or STANDING
 
     def _worst(self, scene: Scene) -> tuple[Criterion, Judgement]:
         """Judge by every criterion: the one nearest to its threshold, or beyond it by most."""
@@ -285,7 +285,7 @@ class BrakeController:
         if motion is None:
             return None  # the range rate has judged what there is to judge
         before = self._memory.braked_from
-        if abs(motion.speed) < self._standstill_speed:
+        if motion.speed == 0.0 or abs(motion.speed) < self._standstill_speed:
             return before
         faster = max(abs(before.speed / motion.speed), 1.0)  # the way it is on, at the speed it braked from
         return Motion(motion.speed * faster, motion.yaw_rate * faster, motion.lateral_speed * faster)

@@ -134,7 +134,19 @@ NOTHING = Judgement(math.inf, 0.0, None)
 
 
 @dataclass(frozen=True)
-class IttcThreshold(Criterion):
+class TtcThreshold(Criterion):
+    """What criteria have in common that compare a time-to-collision with a threshold."""
+
+    threshold: float = 1.5
+
+    unit: ClassVar[str] = "s"
+
+    def __post_init__(self) -> None:
+        above_zero("threshold", self.threshold, "s")
+
+
+@dataclass(frozen=True)
+class IttcThreshold(TtcThreshold):
     """Brake when the least iTTC of any beam is below a threshold: the classic rule of F1TENTH.
 
     It cannot see where the vehicle goes: it brakes for walls that are only passed (0.36 s beside walls 1 m away at
@@ -157,21 +169,15 @@ class IttcThreshold(Criterion):
     IttcThreshold(threshold=0.5)
     """
 
-    threshold: float = 1.5
-
     name: ClassVar[str] = "IttcThreshold"
-    unit: ClassVar[str] = "s"
     looks: ClassVar[Looks] = Looks.BEAMS
-
-    def __post_init__(self) -> None:
-        above_zero("threshold", self.threshold, "s")
 
     def judge(self, scene: Scene) -> Judgement:
         return NOTHING if scene.beams is None else Judgement(scene.beams.ttc, self.threshold, scene.beams)
 
 
 @dataclass(frozen=True)
-class SweptPathThreshold(Criterion):
+class SweptPathThreshold(TtcThreshold):
     """Brake when the outline, moving on as now, touches something within a threshold.
 
     It cannot see what moves by itself to close faster, nor that the driver is about to steer. Without odometry there is
@@ -194,14 +200,8 @@ class SweptPathThreshold(Criterion):
     SweptPathThreshold(threshold=1.0)
     """
 
-    threshold: float = 1.5
-
     name: ClassVar[str] = "SweptPathThreshold"
-    unit: ClassVar[str] = "s"
     looks: ClassVar[Looks] = Looks.PATH
-
-    def __post_init__(self) -> None:
-        above_zero("threshold", self.threshold, "s")
 
     def judge(self, scene: Scene) -> Judgement:
         sight = scene.path or scene.beams
@@ -209,7 +209,7 @@ class SweptPathThreshold(Criterion):
 
 
 @dataclass(frozen=True)
-class EstimateThreshold(Criterion):
+class EstimateThreshold(TtcThreshold):
     """Brake when the second opinion's TTC is below a threshold.
 
     An estimate whose interval reaches infinity is not sure that anything comes closer: it may warn and never brakes. It
@@ -232,14 +232,8 @@ class EstimateThreshold(Criterion):
     EstimateThreshold(threshold=2.0)
     """
 
-    threshold: float = 1.5
-
     name: ClassVar[str] = "EstimateThreshold"
-    unit: ClassVar[str] = "s"
     looks: ClassVar[Looks] = Looks.ESTIMATE
-
-    def __post_init__(self) -> None:
-        above_zero("threshold", self.threshold, "s")
 
     def judge(self, scene: Scene) -> Judgement:
         if scene.estimate is None:

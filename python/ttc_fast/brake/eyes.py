@@ -192,6 +192,7 @@ def second_opinion(frame: Frame) -> tuple[Sight | None, bool]:
 def path_of(scan: ScanTTC, horizon: float) -> ScanSweptPath | None:
     """Return the swept path of a scanner's vehicle; None when it has no outline."""
     try:
-        return ScanSweptPath(scan, horizon=horizon)
+        ScanSweptPath(scan)
     except ValueError:
         return None
+    return ScanSweptPath(scan, horizon=horizon)  # a horizon that is none is an error of its own

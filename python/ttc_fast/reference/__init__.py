@@ -27,6 +27,7 @@ and for motion:
 
 - ``motion``: the formulae of motion along a line
 - ``tracker``: closing speed and time-to-collision over several frames, as ``DistanceTracker``
+
 and for keypoints of a camera:
 
 - ``similarity`` and ``consensus``: which matches move as one body

@@ -73,6 +73,14 @@ def non_negative(argument: str, value: Any) -> float:
     return result
 
 
+def positive(argument: str, value: Any) -> float:
+    """``value`` as a float, if it is a single finite number above 0."""
+    result = finite(argument, value)
+    if not result > 0:
+        raise ValueError(f"{argument} must be above 0, got {result}")
+    return result
+
+
 def motions(ranges: Floats, speed: Any, yaw_rate: Any, lateral_speed: Any) -> list[Motion]:
     """Give each scan its motion: numbers for one scan; for a batch, numbers or arrays with one entry per scan."""
     if ranges.ndim == 1:

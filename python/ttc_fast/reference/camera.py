@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.reference.arguments import checked_dt, checked_threads, finite, non_negative
+from ttc_fast.reference.arguments import checked_dt, checked_threads, non_negative, positive
 from ttc_fast.reference.scales import checked_scale_estimator, estimate
 from ttc_fast.status import Status
 
@@ -52,7 +52,7 @@ def ttc_from_scale(scale: float, dt: float) -> float:
     >>> round(reference.ttc_from_scale(1.05, 0.1), 6)
     2.0
     """
-    scale, dt = _positive("scale", scale), checked_dt(dt)
+    scale, dt = positive("scale", scale), checked_dt(dt)
     return _time(scale, dt)
 
 
@@ -67,7 +67,7 @@ def ttc_from_heights(previous: float, current: float, dt: float) -> float:
     >>> round(reference.ttc_from_heights(100.0, 105.0, 0.1), 6)
     2.0
     """
-    previous, current, dt = _positive("previous", previous), _positive("current", current), checked_dt(dt)
+    previous, current, dt = positive("previous", previous), positive("current", current), checked_dt(dt)
     grown = current - previous
     return previous * (dt / grown) if grown > 0 else math.inf
 
@@ -139,10 +139,3 @@ def _positions(argument: str, points: Any) -> NDArray[Any]:
     if array.dtype not in (np.float32, np.float64):
         raise TypeError(f"{argument} must have dtype float32 or float64, got {array.dtype}")
     return array
-
-
-def _positive(argument: str, value: Any) -> float:
-    result = finite(argument, value)
-    if not result > 0:
-        raise ValueError(f"{argument} must be above 0, got {result}")
-    return result

@@ -16,7 +16,7 @@ from ttc_fast.reference.estimators import checked_estimator
 from ttc_fast.reference.gate import candidates, checked_gate
 from ttc_fast.reference.points import cloud
 from ttc_fast.reference.profile import Profile, profile
-from ttc_fast.reference.tracker.answer import TrackedTTC
+from ttc_fast.reference.tracker.answer import TrackedTTC, nothing
 from ttc_fast.status import Detection, Status
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ class CloudTracker:
         for body in (self._present, self._shelved):
             body.forget(stamp, self._method.window, self._max_gap)
         if found.detection is Detection.NO_DATA:
-            return _unknown(Status.NO_DATA, math.nan)
+            return nothing(Status.NO_DATA, math.nan)
         if found.detection is Detection.CLEAR:
             return self._coast(stamp)
         too_few = found.detection is Detection.TOO_FEW
@@ -143,7 +143,7 @@ class CloudTracker:
         """Say what is known of the body at its last sighting."""
         trend, sightings = self._present.trend, self._present.sightings
         if trend is None:
-            return _unknown(Status.WARMING_UP, sightings[-1].edge - self._front_offset if sightings else math.nan)
+            return nothing(Status.WARMING_UP, sightings[-1].edge - self._front_offset if sightings else math.nan)
         distance, speed = trend.distance - self._front_offset, trend.closing_speed
         spread = NINE_TENTHS * math.sqrt(trend.variance)
         # The first that holds.
@@ -169,17 +169,12 @@ class CloudTracker:
         """Nothing is ahead: the body that was there a moment ago goes on as it did."""
         trend, sightings = self._present.trend, self._present.sightings
         if not sightings:
-            return _unknown(Status.CLEAR, math.inf)
+            return nothing(Status.CLEAR, math.inf)
         if trend is None:
-            return _unknown(Status.LOST, math.nan)
+            return nothing(Status.LOST, math.nan)
         speed = trend.closing_speed
         distance = trend.distance - speed * (stamp - sightings[-1].stamp) - self._front_offset
-        return replace(_unknown(Status.LOST, distance), ttc=_time(distance, speed), closing_speed=speed)
-
-
-def _unknown(status: Status, distance: float) -> TrackedTTC:
-    """No time is known."""
-    return TrackedTTC(math.inf, None, distance, math.nan, None, status)
+        return replace(nothing(Status.LOST, distance), ttc=_time(distance, speed), closing_speed=speed)
 
 
 def _time(distance: float, closing_speed: float) -> float:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast._core import NeighbourSupport
-from ttc_fast.reference.arguments import finite, floats, output
+from ttc_fast.reference.arguments import finite, floats, output, positive
 from ttc_fast.reference.formula import time_to_collision
 from ttc_fast.reference.results import Counts
 from ttc_fast.reference.scan import ScanTTC
@@ -119,18 +119,18 @@ class RangeRate:
         if not isinstance(scan, ScanTTC):
             raise TypeError(f"scan must be a ScanTTC, got {type(scan).__name__}")
         self._scan = scan
-        self._window = _positive("window", window)
+        self._window = positive("window", window)
         if self._window > LONGEST_WINDOW:
             raise ValueError(f"window must be at most {LONGEST_WINDOW} s, got {window}")
         self._min_scans = operator.index(min_scans)
         if not 3 <= self._min_scans <= MOST_SCANS:
             raise ValueError(f"min_scans must be at least 3 and at most {MOST_SCANS}, got {min_scans}")
-        self._noise = _positive("noise", noise)
-        self._max_speed = _positive("max_speed", max_speed)
-        self._max_acceleration = _positive("max_acceleration", max_acceleration)
-        self._gate = _positive("gate", gate)
-        self._significance = _positive("significance", significance)
-        self._edge = _positive("edge", edge)
+        self._noise = positive("noise", noise)
+        self._max_speed = positive("max_speed", max_speed)
+        self._max_acceleration = positive("max_acceleration", max_acceleration)
+        self._gate = positive("gate", gate)
+        self._significance = positive("significance", significance)
+        self._edge = positive("edge", edge)
         self._minimum = checked_minimum(minimum) or NeighbourSupport(count=6, window=4)
         self._scans: list[_Scan] = []
 
@@ -342,10 +342,3 @@ def _separate_outputs(ranges: NDArray[Any], range_rate_out: Any, standard_error_
             if any(np.shares_memory(out, other) for other in others):
                 raise ValueError(f"{argument} overlaps the input or another output in memory")
             others.append(out)
-
-
-def _positive(argument: str, value: Any) -> float:
-    result = finite(argument, value)
-    if result <= 0:
-        raise ValueError(f"{argument} must be above 0, got {result}")
-    return result

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
+from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.ros.clouds import only_heights
 from ttc_fast.ros.outputs import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Losses, Outputs
 
@@ -128,6 +129,14 @@ class BrakeNode:
             return self.tick(now)
         self._count_time(began)
         return outputs
+
+    def points_of(self, message: Any) -> Any:
+        """Return the points of a sensor_msgs/PointCloud2 where they lie; None, and counted, if it cannot be read."""
+        try:
+            return from_pointcloud2(message, intensity=None)
+        except (ValueError, TypeError) as error:
+            self.dropped(self.settings.points_topic, error)
+            return None
 
     def tick(self, now: float) -> Outputs:
         """Look whether data still come. To be called every ``watchdog_period``."""

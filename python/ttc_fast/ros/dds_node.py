@@ -9,7 +9,6 @@ import signal
 import time
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.dds.decode import float32, float64
 from ttc_fast.ros.dds.encode import encoded_bool, encoded_diagnostics, encoded_drive, encoded_marker
@@ -122,12 +121,9 @@ class DdsNode:
 
     def _on_points(self, cloud: PointCloud2) -> None:
         now = self._clock()
-        try:
-            points = from_pointcloud2(cloud, intensity=None)
-        except (TypeError, ValueError) as error:
-            self.core.dropped(self.settings.points_topic, error)
-            return
-        self._publish(now, self.core.on_points(now * 1e-9, cloud.stamp * 1e-9, points))
+        points = self.core.points_of(cloud)
+        if points is not None:
+            self._publish(now, self.core.on_points(now * 1e-9, cloud.stamp * 1e-9, points))
 
     def _on_odometry(self, read: Odometry) -> None:
         now = self._clock() * 1e-9

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast.configuration import read_toml
 from ttc_fast.ros.settings import SettingError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -36,7 +31,7 @@ def read_parameters(path: str | PathLike[str]) -> dict[str, Any]:
         If it cannot be read, or is not what its name says.
     """
     path = Path(path)
-    readers = {".toml": _toml, ".yaml": _yaml, ".yml": _yaml}
+    readers = {".toml": read_toml, ".yaml": _yaml, ".yml": _yaml}
     if path.suffix not in readers:
         raise SettingError(f"{path}: must end in .toml, .yaml or .yml, which says how it is to be read")
     try:
@@ -45,13 +40,6 @@ def read_parameters(path: str | PathLike[str]) -> dict[str, Any]:
         raise SettingError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError as error:
         raise SettingError(f"{path}: {error}") from None
-
-
-def _toml(text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"is not TOML: {error}") from None
 
 
 def _yaml(text: str) -> dict[str, Any]:

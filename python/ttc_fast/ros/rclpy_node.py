@@ -19,7 +19,6 @@ from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
 from ttc_fast import ros_messages
-from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.fill import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.parameters import AT_START, Parameter, parameters
@@ -96,12 +95,9 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         self._publish(self.core.on_scan(self._now(), _seconds(msg.header.stamp), scan))
 
     def _on_points(self, msg: Any) -> None:
-        try:
-            points = from_pointcloud2(msg, intensity=None)
-        except (ValueError, TypeError) as error:
-            self.core.dropped(self.core.settings.points_topic, error)
-            return
-        self._publish(self.core.on_points(self._now(), _seconds(msg.header.stamp), points))
+        points = self.core.points_of(msg)
+        if points is not None:
+            self._publish(self.core.on_points(self._now(), _seconds(msg.header.stamp), points))
 
     def _on_odometry(self, msg: Any) -> None:
         twist = msg.twist.twist

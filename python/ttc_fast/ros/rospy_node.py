@@ -16,7 +16,6 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
-from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.fill import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.rospy_messages import AckermannDriveStamped, forgiving
@@ -67,12 +66,9 @@ class RospyNode:
         self._publish(self.core.on_scan(rospy.get_time(), msg.header.stamp.to_sec(), msg))
 
     def _on_points(self, msg: Any) -> None:
-        try:
-            points = from_pointcloud2(msg, intensity=None)
-        except (ValueError, TypeError) as error:
-            self.core.dropped(self.core.settings.points_topic, error)
-            return
-        self._publish(self.core.on_points(rospy.get_time(), msg.header.stamp.to_sec(), points))
+        points = self.core.points_of(msg)
+        if points is not None:
+            self._publish(self.core.on_points(rospy.get_time(), msg.header.stamp.to_sec(), points))
 
     def _on_odometry(self, msg: Any) -> None:
         twist = msg.twist.twist

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import math
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.brake import BrakeController, IttcThreshold, StoppingDistance, SweptPathThreshold
-from ttc_fast.configuration import Configuration, ConfigurationError
+from ttc_fast.configuration import Configuration, ConfigurationError, hint
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -133,9 +132,7 @@ class NodeSettings:
             elif name in OF_THE_CONTROLLER:
                 brake[name] = value
             else:
-                close = difflib.get_close_matches(name, known, 1)
-                hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(known)}"
-                raise SettingError(f"there is no parameter {name!r}: {hint}")
+                raise SettingError(f"there is no parameter {name!r}: {hint(name, known)}")
         return cls(**mine, brake=brake).checked()
 
     def checked(self) -> NodeSettings:

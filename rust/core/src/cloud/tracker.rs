@@ -197,7 +197,7 @@ impl CloudTracker {
             body.forget(stamp, method.window, self.settings.max_gap);
         }
         let edge = match found.detection {
-            Detection::NoData => return Ok(unknown(Status::NoData, f64::NAN)),
+            Detection::NoData => return Ok(TrackedTtc::nothing(Status::NoData, f64::NAN)),
             Detection::Clear => return Ok(self.coast(stamp)),
             Detection::Found => found.x,
             Detection::TooFew => found.nearest_x,
@@ -229,7 +229,7 @@ impl CloudTracker {
         let offset = self.settings.front_offset;
         let Some(trend) = &self.track.present.trend else {
             let edge = self.track.present.sightings.last().map_or(f64::NAN, |last| last.edge);
-            return unknown(Status::WarmingUp, edge - offset);
+            return TrackedTtc::nothing(Status::WarmingUp, edge - offset);
         };
         let (distance, speed) = (trend.distance - offset, trend.closing_speed);
         let spread = NINE_TENTHS * trend.variance.sqrt();
@@ -257,23 +257,13 @@ impl CloudTracker {
 
     /// Nothing is ahead: the body that was there a moment ago goes on as it did.
     fn coast(&self, stamp: f64) -> TrackedTtc {
-        let Some(last) = self.track.present.sightings.last() else { return unknown(Status::Clear, f64::INFINITY) };
-        let Some(trend) = &self.track.present.trend else { return unknown(Status::Lost, f64::NAN) };
+        let Some(last) = self.track.present.sightings.last() else {
+            return TrackedTtc::nothing(Status::Clear, f64::INFINITY);
+        };
+        let Some(trend) = &self.track.present.trend else { return TrackedTtc::nothing(Status::Lost, f64::NAN) };
         let distance = trend.distance - trend.closing_speed * (stamp - last.stamp) - self.settings.front_offset;
         let ttc = time(distance, trend.closing_speed);
-        TrackedTtc { ttc, closing_speed: trend.closing_speed, ..unknown(Status::Lost, distance) }
-    }
-}
-
-/// No time is known.
-fn unknown(status: Status, distance: f64) -> TrackedTtc {
-    TrackedTtc {
-        ttc: f64::INFINITY,
-        ttc_interval: None,
-        distance,
-        closing_speed: f64::NAN,
-        closing_speed_interval: None,
-        status,
+        TrackedTtc { ttc, closing_speed: trend.closing_speed, ..TrackedTtc::nothing(Status::Lost, distance) }
     }
 }
 

@@ -465,10 +465,8 @@ impl<T: Real> View<'_, T> {
 
     /// The beam among those that close that a vote elects, or the first of them where it elects none.
     fn elected(&self, minimum: Minimum, closing: Vec<Best>) -> (Best, bool) {
-        let Some(first) = closing.iter().copied().min_by(Best::order) else { return (Best::NONE, true) };
         let usable = |beam| if self.exact.beams.ignores(beam) { f64::NAN } else { self.usable(beam) };
-        let winner = vote::winner(minimum, closing, self.ranges.len(), usable);
-        (winner.unwrap_or(first), winner.is_some())
+        vote::elect(minimum, closing, self.ranges.len(), usable)
     }
 
     /// Every beam that closes.

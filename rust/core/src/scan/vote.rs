@@ -89,13 +89,16 @@ impl Neighbours {
     }
 }
 
-/// The beam that wins the vote among those that close, if one does. `usable` is the range of a beam, NaN without one.
-pub(super) fn winner(
-    minimum: Minimum,
-    mut closing: Vec<Best>,
-    beams: usize,
-    usable: impl Fn(usize) -> f64,
-) -> Option<Best> {
+/// The beam among those that close that the vote elects, or the first of them where it elects none; and whether it did,
+/// or there was nobody to elect. `usable` is the range of a beam, NaN without one.
+pub(super) fn elect(minimum: Minimum, closing: Vec<Best>, beams: usize, usable: impl Fn(usize) -> f64) -> (Best, bool) {
+    let Some(first) = closing.iter().copied().min_by(Best::order) else { return (Best::NONE, true) };
+    let winner = winner(minimum, closing, beams, usable);
+    (winner.unwrap_or(first), winner.is_some())
+}
+
+/// The beam that wins the vote among those that close, if one does.
+fn winner(minimum: Minimum, mut closing: Vec<Best>, beams: usize, usable: impl Fn(usize) -> f64) -> Option<Best> {
     match minimum {
         Minimum::KthSmallest(k) => {
             let place = k.checked_sub(1).filter(|place| *place < closing.len())?;

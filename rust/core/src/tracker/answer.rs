@@ -22,7 +22,7 @@ pub struct TrackedTtc {
 
 impl TrackedTtc {
     /// Nothing to go by.
-    pub(super) fn nothing(status: Status, distance: f64) -> Self {
+    pub(crate) fn nothing(status: Status, distance: f64) -> Self {
         TrackedTtc {
             ttc: f64::INFINITY,
             ttc_interval: None,

@@ -114,9 +114,7 @@ impl RangeRate {
         let times = &self.beams.ttc[..width];
         let each = times.iter().enumerate().map(|(beam, ttc)| Best { ttc: *ttc, beam });
         let closing: Vec<Best> = each.filter(Best::closes).collect();
-        let Some(least) = closing.iter().copied().min_by(Best::order) else { return (Best::NONE, true) };
         let closes = |beam: usize| if times[beam] < f64::INFINITY { newest.readings[beam] } else { f64::NAN };
-        let winner = vote::winner(self.settings.minimum, closing, width, closes);
-        (winner.unwrap_or(least), winner.is_some())
+        vote::elect(self.settings.minimum, closing, width, closes)
     }
 }
