@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -118,3 +119,9 @@ def test_the_files_of_the_ros_package(name: str) -> None:
     given = read_parameters(Path(__file__).parents[1] / "ros" / "config" / name)
     assert {"min_range", "max_range", "ttc_threshold", "speed_topic"} <= set(given)
     NodeSettings.of(given)
+
+
+def test_nothing_that_exists_when_a_node_begins_is_walked_again() -> None:
+    code = "import gc; from ttc_fast.ros import pauses; pauses.freeze(); print(len(gc.get_objects()))"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert int(said) < 100

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import socket
@@ -19,7 +20,9 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 
+from benches.ros.ros1_node import SETTINGS, TimedNode
 from benches.table import Report, console
+from ttc_fast.ros.settings import NodeSettings
 
 if TYPE_CHECKING:
     import argparse
@@ -58,17 +61,12 @@ class Sensor:
 
     def drive(self) -> None:
         """Publish the speed."""
-        odometry = Odometry()
-        odometry.header.stamp = rospy.get_rostime()
-        odometry.twist.twist.linear.x = SPEED
-        self._odometry.publish(odometry)
+        self._odometry.publish(_odometry())
 
     def ask(self, distance: float) -> float:
         """Publish a scan and wait for the right answer; return how long it took, s."""
-        scan = LaserScan(angle_min=-2.35, angle_increment=4.7 / self._beams, range_min=0.06, range_max=30.0)
-        scan.ranges, scan.intensities = np.full(self._beams, distance, np.float32), np.zeros(0, np.float32)
+        scan = _scan(distance, self._beams)
         self._answered.clear()
-        scan.header.stamp = rospy.get_rostime()
         began = time.perf_counter()
         self._scans.publish(scan)
         end = began + PATIENCE
@@ -111,13 +109,50 @@ def _round_trips(sensor: Sensor, node: subprocess.Popen[str], arguments: argpars
     node.terminate()
     own = json.loads(node.communicate(timeout=30)[0])[-arguments.scans :]
     row = ("node", *(f"{each:.0f}" for of in (trips, own) for each in np.quantile(of, QUANTILES)))
+    loop = ("node in a loop", "", "", "", *(f"{each:.0f}" for each in np.quantile(_in_a_loop(arguments), QUANTILES)))
     legend = (
         f"us, {arguments.scans} scans of {arguments.beams} beams, {arguments.rate:g} a second. The round trip is from "
         "before a scan is published to the right answer read, over loopback between two processes. The own share is "
-        "from the bytes of a scan to its answers in the queue to be sent: reading by genpy, deciding, packing."
+        "from the bytes of a scan to its answers in the queue to be sent: reading by genpy, deciding, packing. In a "
+        "loop is the same with nobody to wait for and nobody to send to."
     )
     header = ("", *(f"{what} {name}" for what in ("round trip", "own") for name in ("least", "p50", "p99")))
-    console().print(Report("Round trips over ROS 1", legend, header, [row]).rich())
+    console().print(Report("Round trips over ROS 1", legend, header, [row, loop]).rich())
+
+
+def _in_a_loop(arguments: argparse.Namespace) -> list[float]:
+    """Have a node in this process read scans and decide, pack the answers and throw them away; return its times, us."""
+    topics = {f"{name}_topic": f"/loop/{name}" for name in ("scan", "brake", "drive", "diagnostics", "marker")}
+    node = TimedNode(NodeSettings.of({**SETTINGS, **topics}))
+    said: list[bool] = []
+
+    def pack(brake: bool) -> None:
+        Bool(brake).serialize(io.BytesIO())
+        said.append(brake)
+
+    node._brake.publish = pack
+    for i in range(WARMING_UP + arguments.scans):
+        data = io.BytesIO()
+        _scan(NEAR if i % 2 else FAR, arguments.beams).serialize(data)
+        node._on_odometry(_odometry())
+        node.receive(data.getvalue())
+        if said[-1] is not bool(i % 2):
+            raise AssertionError(f"the node said {said[-1]} to scan {i}")
+    return [each * 1e6 for each in node.took][WARMING_UP:]
+
+
+def _scan(distance: float, beams: int) -> LaserScan:
+    scan = LaserScan(angle_min=-2.35, angle_increment=4.7 / beams, range_min=0.06, range_max=30.0)
+    scan.ranges, scan.intensities = np.full(beams, distance, np.float32), np.zeros(0, np.float32)
+    scan.header.stamp = rospy.get_rostime()
+    return scan
+
+
+def _odometry() -> Odometry:
+    odometry = Odometry()
+    odometry.header.stamp = rospy.get_rostime()
+    odometry.twist.twist.linear.x = SPEED
+    return odometry
 
 
 def _soak(sensor: Sensor, node: subprocess.Popen[str], arguments: argparse.Namespace) -> None:

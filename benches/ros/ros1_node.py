@@ -8,7 +8,10 @@ from collections import deque
 from typing import Any
 
 import rospy
+from rospy.numpy_msg import numpy_msg
+from sensor_msgs.msg import LaserScan
 
+from ttc_fast.ros.rospy_messages import forgiving
 from ttc_fast.ros.rospy_node import RospyNode
 from ttc_fast.ros.settings import NodeSettings
 
@@ -26,6 +29,9 @@ def timed(kind: Any) -> Any:
     return Timed
 
 
+SCAN = timed(forgiving(numpy_msg(LaserScan)))
+
+
 class TimedNode(RospyNode):
     """Times everything from the bytes of a scan to its answers on the way to be sent."""
 
@@ -36,9 +42,14 @@ class TimedNode(RospyNode):
     def _subscribe(self, topic: str, kind: Any, take: Any, variant: Any = lambda kind: kind) -> None:
         super()._subscribe(topic, kind, take, lambda kind: timed(variant(kind)))
 
+    def receive(self, data: bytes) -> None:
+        """Take the bytes of a scan as from a connection."""
+        topic = self.core.settings.scan_topic
+        self._safely(topic, self._on_scan, SCAN().deserialize(data))
+
     def _safely(self, topic: str, take: Any, msg: Any) -> None:
         super()._safely(topic, take, msg)
-        if topic == "/scan":
+        if topic == self.core.settings.scan_topic:
             self.took.append(time.perf_counter() - msg.began)
 
 

@@ -9,6 +9,7 @@ import signal
 import time
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast.ros import pauses
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.dds.decode import float32, float64
 from ttc_fast.ros.dds.encode import encoded_bool, encoded_diagnostics, encoded_drive, encoded_marker
@@ -168,6 +169,7 @@ def run(settings: NodeSettings, dds: DdsSettings | None = None) -> None:
     before = [(each, signal.signal(each, end)) for each in (signal.SIGINT, signal.SIGTERM)]
     try:
         node = DdsNode(settings, dds)
+        pauses.freeze()
         while not ended:
             node.spin()
         node.close()

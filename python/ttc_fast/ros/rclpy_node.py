@@ -19,6 +19,7 @@ from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
 from ttc_fast import ros_messages
+from ttc_fast.ros import pauses
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.fill import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.parameters import AT_START, Parameter, parameters
@@ -160,7 +161,9 @@ def run(parameters: Mapping[str, Any] | None = None, args: Sequence[str] | None 
     """
     rclpy.init(args=args)
     try:
-        rclpy.spin(RclpyNode(parameters))
+        node = RclpyNode(parameters)
+        pauses.freeze()
+        rclpy.spin(node)
     except KeyboardInterrupt:
         pass
     finally:

@@ -16,6 +16,7 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
+from ttc_fast.ros import pauses
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.fill import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.rospy_messages import AckermannDriveStamped, forgiving
@@ -144,6 +145,7 @@ def run(parameters: Mapping[str, Any] | None = None, name: str = "ttc_fast") -> 
     settings = NodeSettings.of({**(parameters or {}), **_on_server()})
     node = RospyNode(settings)
     stay_registered()
+    pauses.freeze()
     node.spin()
 
 
