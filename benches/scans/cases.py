@@ -96,11 +96,8 @@ class Case:
 
     def check(self, contestant: Contestant) -> None:
         """AssertionError if an answer is not that of plain NumPy in float64."""
-        check(self, contestant)
-
-    def exact(self) -> Contestant:
-        """Gives the time of each beam, in float64."""
-        return Contestant("exact", self.job.exact, self._tables(by_numpy, "float64"))
+        exact = Contestant("exact", self.job.exact, self._tables(by_numpy, "float64"))
+        check(contestant, exact, self.pool(), every_beam=self.job.every_beam)
 
     def _objects(self, module: ModuleType, **settings: Any) -> dict[str, Any]:
         """The names of an expression in the library's words."""

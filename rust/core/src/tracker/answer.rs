@@ -1,6 +1,6 @@
 //! From a posterior of distance and closing speed to a time-to-collision with its interval.
 
-use super::filter::Posterior;
+use super::posterior::Posterior;
 use crate::status::Status;
 
 /// Time-to-collision over several frames, and what it rests on. Intervals hold 90 %.
@@ -91,7 +91,7 @@ fn ratio_interval(posterior: Posterior, quantile: f64) -> [f64; 2] {
 mod tests {
     use super::{TrackedTtc, ratio_interval};
     use crate::status::Status;
-    use crate::tracker::filter::Posterior;
+    use crate::tracker::posterior::Posterior;
 
     fn posterior(distance: f64, closing_speed: f64, vv: f64) -> Posterior {
         Posterior { distance, closing_speed, dd: 0.01, dv: 0.0, vv, lag: 0.0 }

@@ -8,6 +8,7 @@
 mod answer;
 mod filter;
 mod noise;
+mod posterior;
 mod recursive;
 mod settings;
 mod standing;

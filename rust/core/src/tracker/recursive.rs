@@ -4,7 +4,7 @@
 //! in what drives the state between frames and in the gains; the rest is one recursion. An alpha-beta filter keeps its
 //! acceleration at 0, and the covariance carries what that may cost (a consider state, as Schmidt's).
 
-use super::filter::{Measured, Posterior};
+use super::posterior::{Measured, Posterior};
 
 /// What drives the state, and how much of a surprise it takes over.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 //! A standing car is in front for hours, and of any filter's noise a time-to-collision could be made. So a line with fading
 //! memory is asked first: it has fewer freedoms than most filters, and tells earlier whether a gap shrinks at all.
 
-use super::filter::{Measured, Posterior};
 use super::noise::clipped;
+use super::posterior::{Measured, Posterior};
 use super::recursive::{Model, Recursive};
 
 /// Memory of the line, s.

@@ -1,8 +1,9 @@
 //! The memory of a tracker as a list of numbers, to be kept and taken up again.
 
 use super::answer::TrackedTtc;
-use super::filter::{Filter, Measured};
+use super::filter::Filter;
 use super::noise::Whiteness;
+use super::posterior::Measured;
 use super::recursive::{Recursive, State};
 use super::settings::Settings;
 use super::targets::DistanceTracker;

@@ -5,8 +5,8 @@
 //! a mean of two cars.
 
 use super::answer::TrackedTtc;
-use super::filter::Measured;
 use super::noise::NoiseLevel;
+use super::posterior::Measured;
 use super::settings::{Settings, above_zero};
 use super::track::{Surprise, Track};
 use crate::error::Error;

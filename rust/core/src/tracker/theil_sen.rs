@@ -1,6 +1,6 @@
 //! The Theil-Sen line: the median slope of all pairs, and the median of what it leaves.
 
-use super::filter::{Measured, Posterior};
+use super::posterior::{Measured, Posterior};
 use std::f64::consts::FRAC_PI_2;
 
 /// Variance of a median of normal numbers over that of their mean.

@@ -1,7 +1,8 @@
 //! One target: its filter, how well the filter follows it, and whether it comes closer at all.
 
-use super::filter::{Filter, Measured, Posterior};
+use super::filter::Filter;
 use super::noise::{NoiseLevel, Whiteness};
+use super::posterior::{Measured, Posterior};
 use super::settings::{Method, Settings};
 use super::standing::Standing;
 

@@ -1,6 +1,6 @@
 //! Filters that remember the frames of the newest seconds, and fit them anew each time.
 
-use super::filter::{Measured, Posterior};
+use super::posterior::{Measured, Posterior};
 use super::theil_sen::median_line;
 
 /// What is fitted.
