@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ttc_fast.demo import SAMPLES
 from ttc_fast.logs import LogError, ScanLog, open_log
+from ttc_fast.replay import sample
 
-SAMPLE = SAMPLES["scans"]
+SAMPLE = sample("scans")
 
 Arrays = dict[str, Any]
 

@@ -187,7 +187,7 @@ def two_scanners() -> list[Recorded]:
 
 def test_several_topics_are_listed_and_one_is_chosen_by_name(tmp_path: Path) -> None:
     path = write(tmp_path, "bag", two_scanners())
-    said = r"log\.bag: has several topics to choose from, /front .*/rear .*/points .*; choose one with topic="
+    said = r"log\.bag: has several topics to choose from, /front .*/rear .*/points .*; choose one with the option topic"
     with pytest.raises(LogError, match=said):
         open_log(path)
     assert open_scans(path, topic="/rear").scanner.beams == 5
@@ -197,7 +197,9 @@ def test_several_topics_are_listed_and_one_is_chosen_by_name(tmp_path: Path) -> 
 
 def test_a_topic_that_is_not_there(tmp_path: Path) -> None:
     path = write(tmp_path, "mcap", two_scanners())
-    with pytest.raises(LogError, match=r"has no topic /left of .*; it has /front, /rear, /points: choose with topic="):
+    with pytest.raises(
+        LogError, match=r"has no topic /left of .*; it has /front, /rear, /points: choose with the option topic"
+    ):
         open_log(path, topic="/left")
 
 
@@ -205,7 +207,7 @@ def test_several_odometries_matter_only_without_a_speed(tmp_path: Path) -> None:
     items: list[Recorded] = [Odom(0.0, 0.0, speed=1.0), Odom(0.0, 0.0, speed=2.0, topic="/other"), Scan(0.1, 0.1)]
     path = write(tmp_path, "db3", items)
     with pytest.raises(
-        LogError, match=r"several topics to choose from, /odom .*/other .*choose one with odometry_topic="
+        LogError, match=r"several topics to choose from, /odom .*/other .*choose one with the option odometry_topic"
     ):
         open_log(path)
     assert [frame.speed for frame in open_scans(path, odometry_topic="/other")] == [2.0]

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ttc_fast.demo import SAMPLES
 from ttc_fast.logs import CloudLog, LogError, open_log
+from ttc_fast.replay import sample
 
-SAMPLE = SAMPLES["clouds"]
+SAMPLE = sample("clouds")
 FRAMES = {
     "0000000000.bin": np.array([[9.0, 0.0, -1.0, 0.5], [8.0, 1.0, -1.0, 0.25]], "<f4"),
     "0000000001.bin": np.array([[7.0, 0.0, -1.0, 0.5]], "<f4"),

@@ -297,10 +297,10 @@ def test_columns_and_rate_are_chosen(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "has no column 'distance'; its first line has no names: choose with column="),
+        ("", "has no column 'distance'; its first line has no names: choose with the option column"),
         (
             "t,distance\n1,2\n",
-            "has no column 'stamp'; its first line has t, distance: choose with stamp_column=, or say",
+            "has no column 'stamp'; its first line has t, distance: choose with the option stamp_column, or say",
         ),
     ],
 )

@@ -3,51 +3,82 @@
 import csv
 import json
 import math
+import os
+import signal
 import subprocess
 import sys
+import time
+from enum import IntEnum
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import matplotlib.image
+import numpy as np
 import pyarrow.parquet
 import pytest
 
-from bags import drive, write
+from bags import Scan, drive, write
+from ttc_fast import Command
 from ttc_fast.cli import main
-from ttc_fast.replay import Row, replay, sample
+from ttc_fast.logs import ScanLog, open_log
+from ttc_fast.replay import Replay, Row, Settings, sample
+from ttc_fast.replay.rows_out import BATCH, CsvWriter
+from ttc_fast.ros.core import BrakeNode
+from ttc_fast.ros.files import read_configuration, read_parameters
+from ttc_fast.ros.settings import NodeSettings
 
 SCANS = str(sample("scans"))
-ROWS = list(replay(SCANS))
+ROWS = list(Replay(SCANS))
 
 
-def test_csv_has_every_row(tmp_path: Path) -> None:
-    file = tmp_path / "rows.csv"
-    assert main(["replay", SCANS, "--out", str(file)]) == 0
-    with file.open(newline="") as lines:
-        read = list(csv.DictReader(lines))
-    assert list(read[0]) == list(Row._fields)
-    assert len(read) == len(ROWS)
-    for line, row in zip(read, ROWS, strict=True):
-        assert float(line["ttc"]) == pytest.approx(row.ttc, rel=1e-5)
-        assert (line["status"], line["command"], line["reason"]) == (row.status.name, row.command.name, row.reason.name)
-        assert line["valid"] == str(row.valid)
+def written(name: str, suffix: str, folder: Path) -> Path:
+    file = folder / "deep" / f"rows{suffix}"
+    assert main(["replay", str(sample(name)), "--out", str(file), "--rows", "0"]) == 0
+    return file
 
 
-def test_json_lines_are_json(tmp_path: Path) -> None:
-    file = tmp_path / "rows.jsonl"
-    assert main(["replay", str(sample("clouds")), "--out", str(file)]) == 0
-    read = [json.loads(line, parse_constant=pytest.fail) for line in file.read_text().splitlines()]
-    assert [row["ttc"] for row in read] == [
-        row.ttc if math.isfinite(row.ttc) else None for row in replay(sample("clouds"))
-    ]
+def values(row: Row) -> list[Any]:
+    """Return what a row holds, with names for enumerations."""
+    return [each.name if isinstance(each, IntEnum) else each for each in row]
 
 
-def test_parquet_has_every_row(tmp_path: Path) -> None:
-    file = tmp_path / "rows.parquet"
-    assert main(["replay", SCANS, "--out", str(file)]) == 0
-    table = pyarrow.parquet.read_table(file)
-    assert table.column_names == list(Row._fields)
-    assert table["ttc"].to_pylist() == [row.ttc for row in ROWS]
-    assert table["command"].to_pylist() == [row.command.name for row in ROWS]
+@pytest.mark.parametrize("name", ["scans", "clouds"])
+def test_csv_has_every_row(name: str, tmp_path: Path) -> None:
+    with written(name, ".csv", tmp_path).open(newline="") as lines:
+        head, *read = csv.reader(lines)
+    assert tuple(head) == Row._fields
+    for line, row in zip(read, Replay(sample(name)), strict=True):
+        for text, value in zip(line, values(row), strict=True):
+            if isinstance(value, float):
+                assert float(text) == pytest.approx(value, rel=1e-5, abs=1e-6, nan_ok=True)
+            else:
+                assert text == ("" if value is None else str(value))
+
+
+@pytest.mark.parametrize("name", ["scans", "clouds"])
+def test_json_lines_are_json(name: str, tmp_path: Path) -> None:
+    lines = written(name, ".jsonl", tmp_path).read_text().splitlines()
+    read = [json.loads(line, parse_constant=pytest.fail) for line in lines]
+    for line, row in zip(read, Replay(sample(name)), strict=True):
+        finite = [None if isinstance(each, float) and not math.isfinite(each) else each for each in values(row)]
+        assert line == dict(zip(Row._fields, finite, strict=True))
+
+
+@pytest.mark.parametrize("name", ["scans", "clouds"])
+def test_parquet_has_every_row(name: str, tmp_path: Path) -> None:
+    table = pyarrow.parquet.read_table(written(name, ".parquet", tmp_path))
+    assert tuple(table.column_names) == Row._fields
+    expected = [values(row) for row in Replay(sample(name))]
+    read = [list(row.values()) for row in table.to_pylist()]
+    assert [list(map(repr, row)) for row in read] == [list(map(repr, row)) for row in expected]  # NaN as well
+
+
+def test_a_writer_holds_some_thousand_rows_and_loses_none(tmp_path: Path) -> None:
+    with CsvWriter(tmp_path / "rows.csv") as writer:
+        for _ in range(2 * BATCH + 1):
+            writer.write(ROWS[0])
+    assert len((tmp_path / "rows.csv").read_text().splitlines()) == 2 * BATCH + 2
 
 
 @pytest.mark.parametrize("name", ["scans", "clouds"])
@@ -91,8 +122,8 @@ def test_a_damaged_log_ends_partial(tmp_path: Path, capsys: pytest.CaptureFixtur
         (["nowhere.bag"], 3, "no such file or folder"),
         ([SCANS, "--out", "rows.txt"], 2, "--out must end in .csv, .jsonl, .parquet"),
         ([SCANS, "--plot", "picture.gif"], 2, "--plot must end in .png or .svg"),
-        ([SCANS, "--out", "/nowhere/rows.csv"], 1, "choose another --out"),
-        ([SCANS, "--plot", "/nowhere/p.png"], 1, "choose another --plot"),
+        ([SCANS, "--out", "/proc/nowhere/rows.csv"], 1, "choose another --out"),
+        ([SCANS, "--plot", "/proc/nowhere/p.png"], 1, "choose another place"),
         ([SCANS, "--criterion", "Guess"], 2, "kind must be one of IttcThreshold"),
         ([SCANS, "--criterion", "IttcThreshold:threshold"], 2, "must be NAME=VALUE with a number"),
         ([SCANS, "--criterion", "IttcThreshold:limit=1"], 2, "no setting 'limit'"),
@@ -101,7 +132,7 @@ def test_a_damaged_log_ends_partial(tmp_path: Path, capsys: pytest.CaptureFixtur
         ([SCANS, "--outline", "1", "0", "0", "1"], 2, "outline"),
         ([str(sample("clouds")), "--gate-x", "5", "2"], 2, "gate"),
         ([str(sample("clouds")), "--criterion", "IttcThreshold"], 2, "needs a scan"),
-        ([str(sample("clouds")), "--axes", "x", "x", "z"], 2, "axes"),
+        ([str(sample("clouds")), "--axes", "x,x,z"], 2, "axes"),
     ],
 )
 def test_mistakes_are_one_line_and_a_code(
@@ -132,3 +163,105 @@ def test_help_explains(capsys: pytest.CaptureFixture[str]) -> None:
         main(["replay", "--help"])
     said = capsys.readouterr().out
     assert all(word in said for word in ("exit codes:", "--outline", "--criterion", "--config", "--sensor-height"))
+
+
+def test_help_fits_a_terminal_but_for_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["replay", "--help"])
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 120
+
+
+def test_axes_may_be_negative(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is seen by a lidar that hangs upside down is put upright."""
+    with np.load(sample("clouds")) as archive:
+        np.savez(tmp_path / "hung.npz", **{**archive, "points": archive["points"] * np.array([1, -1, -1, 1], "f4")})
+    assert main(["replay", str(tmp_path / "hung.npz"), "--axes", "x,-y,-z"]) == 0
+    assert "least TTC   0.693 s in frame 11" in capsys.readouterr().out
+
+
+def test_a_log_without_odometry_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    still = [Scan(i / 40, i / 40, np.full(64, 4.0, np.float32)) for i in range(40)]
+    assert main(["replay", str(write(tmp_path, "bag", still))]) == 0
+    said = capsys.readouterr().out
+    assert "speed       no odometry: the speed is unknown; how the ranges change tells what closes" in said
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_an_interrupt_ends_cleanly(many: bool, tmp_path: Path) -> None:
+    """A long log, a Ctrl-C as the terminal sends it: one line, exit code 130, rows so far."""
+    path = write(tmp_path, "bag", drive(3000, 1080))
+    out = tmp_path / "rows.csv"
+    slow = (
+        "import sys, time; import ttc_fast.logs.ros as ros; from ttc_fast.cli import main;"
+        "look = ros.BagScans.__iter__;"
+        "ros.BagScans.__iter__ = lambda self: (time.sleep(0.005) or frame for frame in look(self));"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    paths = [str(path)] * (40 if many else 1)  # the processes of many know nothing of the slowness, and there are many
+    command = [sys.executable, "-c", slow, "replay", *paths, "--out", str(out), "--jobs", "2"]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    deadline = time.monotonic() + 60.0
+    while not list(tmp_path.glob("rows*.csv")):
+        assert time.monotonic() < deadline
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)
+    said, told = process.communicate(timeout=30)
+    assert (process.returncode, told, said) == (130, "ttc-fast: interrupted\n", "")
+    assert list(tmp_path.glob("rows*.csv"))
+
+
+CAR = """
+ttc_threshold = 0.9
+outline = [-0.1, 0.4, -0.15, 0.15]
+max_range = 8.0
+trigger = [1, 2]
+hold = 0.2
+[dds]
+domain_id = 3
+"""
+TABLES = """
+[scan]
+outline = [-0.1, 0.4, -0.15, 0.15]
+limits = [0.0, 8.0]
+[[criteria]]
+kind = "SweptPathThreshold"
+threshold = 0.9
+[[criteria]]
+kind = "StoppingDistance"
+[brake]
+trigger = [1, 2]
+hold = 0.2
+"""
+
+
+@pytest.mark.parametrize("text", [CAR, TABLES])
+def test_one_file_serves_the_node_and_the_replay(text: str, tmp_path: Path) -> None:
+    """The node, fed with the messages of a log, decides as the replay of that log does."""
+    file = tmp_path / "car.toml"
+    file.write_text(text)
+    log = open_log(SCANS, mount=(0.0, 0.0, 0.0))
+    assert isinstance(log, ScanLog)
+    parameters = read_parameters(file)
+    parameters.pop("dds", None)
+    node = BrakeNode(NodeSettings.of(parameters))
+    rows = list(Replay(SCANS, Settings(read_configuration(file), {"mount": (0.0, 0.0, 0.0)})))
+    assert {row.criterion for row in rows} == {"StoppingDistance", "SweptPathThreshold"}
+    scanner = SimpleNamespace(**vars(log.scanner), time_increment=0.0)
+    braked = []
+    for row, frame in zip(rows, log, strict=True):
+        node.on_odometry(frame.stamp, frame.stamp, frame.speed or 0.0, frame.yaw_rate)
+        scanner.ranges = frame.ranges
+        braked.append(node.on_scan(frame.stamp, frame.stamp, scanner).brake)
+        assert braked[-1] == (row.command is Command.BRAKE)
+    assert 10 < sum(braked) < 120
+    assert main(["replay", SCANS, "--config", str(file), "--rows", "0"]) == 0
+    assert main(["node", "--dds", "--config", str(tmp_path / "nowhere.toml")]) == 2
+
+
+def test_a_config_with_a_mistake_names_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "car.toml").write_text("ttc_treshold = 1.0")
+    assert main(["replay", SCANS, "--config", str(tmp_path / "car.toml")]) == 2
+    assert "car.toml: there is no parameter 'ttc_treshold': did you mean ttc_threshold?" in capsys.readouterr().err

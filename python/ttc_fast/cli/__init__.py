@@ -38,7 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Examples
     --------
     >>> from ttc_fast.cli import main
-    >>> main(["demo", "scan.xyz", "--no-plot"])  # an error, on standard error
+    >>> main(["replay", "scan.xyz"])  # an error, on standard error
     3
     """
     arguments = _parser().parse_args(argv)
@@ -54,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: {install(EXTRAS[package])}")
     except KeyboardInterrupt:
-        return INTERRUPTED
+        return _complain(INTERRUPTED, "interrupted")
     return DONE
 
 
@@ -66,7 +66,7 @@ def _complain(code: int, problem: str) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="ttc-fast",
-        description="Time to collision from recorded laser scans and point clouds.",
+        description="Time to collision from laser scans, clouds and distances: over recorded logs, and as a brake.",
         epilog=EXIT_CODES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

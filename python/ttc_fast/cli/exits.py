@@ -17,7 +17,7 @@ exit codes:
   {USAGE}    the command line makes no sense, or the settings of the node
   {UNREADABLE}    the log cannot be read, or makes no sense with these settings
   {MISSING_EXTRA}    an optional package is missing: {install("demo")}
-  {PARTIAL}    replay: a part of a log was lost, or one of several logs could not be read; the rest was done
+  {PARTIAL}    a part of a log was lost, or one of several logs could not be read; the rest was done
   {INTERRUPTED}  interrupted
 """
 
@@ -26,5 +26,9 @@ class CommandError(Exception):
     """Something went wrong that a person can put right."""
 
     def __init__(self, code: int, problem: str) -> None:
-        super().__init__(problem)
-        self.code = code
+        super().__init__(code, problem)  # both, so that it can be sent from one process to another
+        self.code, self.problem = code, problem
+
+    def __str__(self) -> str:
+        """Say what is wrong."""
+        return self.problem

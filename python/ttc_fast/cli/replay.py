@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from textwrap import fill
+from typing import TYPE_CHECKING
 
 from ttc_fast.cli import replay_options
 from ttc_fast.cli.exits import FAILED, PARTIAL, UNREADABLE, USAGE, CommandError
@@ -11,14 +12,17 @@ from ttc_fast.logs import FORMATS, LogError
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Iterable
 
-    from ttc_fast.replay import Replay, Settings, Summary
+    from rich.console import Console
+
+    from ttc_fast.replay import Replay, Row, Settings
 
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
 DESCRIPTION = f"""\
 Replay recorded logs, frame by frame, through the code that brakes on the vehicle: when would it have braked, and why?
 
-PATH is {FORMATS}.
+{fill(f"PATH is {FORMATS}.", 118)}
 Several paths are replayed on all cores at once, and end in a table with a line each.
 
 Scans are judged by what their beams and, with an outline, the vehicle's path run into; a log that does not know the
@@ -44,53 +48,62 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "name of the log behind it",
     )
     out.add_argument("--plot", type=Path, metavar="FILE", help="draw a picture, .png or .svg; of several logs likewise")
-    out.add_argument(
-        "--rows",
-        type=replay_options.count,
-        default=20,
-        metavar="N",
-        help="about how many rows to print; 0 prints none (default: %(default)s)",
-    )
+    replay_options.add_rows(out)
     out.add_argument("--jobs", type=replay_options.positive_count, metavar="N", help="processes (default: all cores)")
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Replay, write, draw, print."""
     settings = replay_options.settings(arguments)
-    _check_outputs(arguments)
+    _check_outputs(arguments.out, arguments.plot)
     if len(arguments.paths) > 1:
-        _run_many(arguments, settings)
+        from ttc_fast.cli.replay_many import run_many
+
+        run_many(arguments.paths, settings, arguments.out, arguments.plot, arguments.jobs)
         return
-    from ttc_fast.demo.table import open_console
+    from ttc_fast.replay.console import open_console
+
+    played = show(arguments.paths[0], settings, open_console(), arguments.rows, arguments.out, arguments.plot)
+    check(played)
+
+
+def show(path: Path, settings: Settings, console: Console, rows: int, out: Path | None, plot: Path | None) -> Replay:
+    """Replay one log: print its rows and its summary, write and draw it."""
     from ttc_fast.replay.screen import print_rows, print_summary, watch
 
-    console = open_console()
-    path = arguments.paths[0]
-    played = _open(path, settings)
-    _play(played, arguments.out, arguments.plot, rows=lambda: watch(played, console))
-    print_rows(played, console, arguments.rows)
-    print_summary(played.summary, console)
+    played = opened(path, settings)
+    play(played, watch(played, console), out, plot)
+    print_rows(played, console, rows)
+    print_summary(played, console)
+    return played
+
+
+def check(played: Replay) -> None:
+    """Complain if something of a log was lost."""
     if played.summary.lost:
         raise CommandError(PARTIAL if played.summary.frames else UNREADABLE, played.summary.lost)
+    if not played.summary.frames:
+        raise CommandError(UNREADABLE, f"{played.log.path}: has no frames")
 
 
-def _check_outputs(arguments: argparse.Namespace) -> None:
+def _check_outputs(out: Path | None, plot: Path | None) -> None:
     """Refuse names that say no format, and find out early that a package is missing."""
     from ttc_fast.replay.rows_out import WRITERS
 
-    if arguments.out is not None:
-        suffix = arguments.out.suffix.lower()
+    if out is not None:
+        suffix = out.suffix.lower()
         if suffix not in WRITERS:
-            raise CommandError(USAGE, f"--out must end in {', '.join(WRITERS)}, got {arguments.out}")
+            raise CommandError(USAGE, f"--out must end in {', '.join(WRITERS)}, got {out}")
         if suffix == ".parquet":
             import pyarrow  # noqa: F401
-    if arguments.plot is not None:
-        if arguments.plot.suffix.lower() not in (".png", ".svg"):
-            raise CommandError(USAGE, f"--plot must end in .png or .svg, got {arguments.plot}")
+    if plot is not None:
+        if plot.suffix.lower() not in (".png", ".svg"):
+            raise CommandError(USAGE, f"--plot must end in .png or .svg, got {plot}")
         import matplotlib  # noqa: F401
 
 
-def _open(path: Path, settings: Settings) -> Replay:
+def opened(path: Path, settings: Settings) -> Replay:
+    """Open a log; settings that make no sense for it are the user's mistake."""
     from ttc_fast.configuration import ConfigurationError
     from ttc_fast.replay import Replay
 
@@ -100,99 +113,37 @@ def _open(path: Path, settings: Settings) -> Replay:
         raise CommandError(USAGE, f"{path}: {error}") from error
 
 
-def _play(played: Replay, out: Path | None, plot: Path | None, rows: Any = None) -> None:
+def play(played: Replay, rows: Iterable[Row], out: Path | None, plot: Path | None) -> None:
     """Replay to the end; what is lost on the way is in the summary."""
+    try:
+        _write(played, rows, out)
+    except OSError as error:
+        raise CommandError(FAILED, f"cannot write {out}: {error.strerror or error}; choose another --out") from error
+    if plot is not None and played.summary.frames:
+        from ttc_fast.replay.picture import save
+
+        try:
+            plot.parent.mkdir(parents=True, exist_ok=True)
+            save(played, plot)
+        except OSError as error:
+            problem = f"cannot write {plot}: {error.strerror or error}; choose another place"
+            raise CommandError(FAILED, problem) from error
+
+
+def _write(played: Replay, rows: Iterable[Row], out: Path | None) -> None:
     from ttc_fast.configuration import ConfigurationError
     from ttc_fast.replay.rows_out import WRITERS
 
     try:
-        writer = None if out is None else WRITERS[out.suffix.lower()](out)
-    except OSError as error:
-        raise CommandError(FAILED, f"cannot write {out}: {error.strerror or error}; choose another --out") from error
-    try:
-        try:
-            if writer is None:
-                for _ in rows() if rows else played:
-                    pass
-            else:
-                write = writer.write
-                for row in rows() if rows else played:
-                    write(row)
-        except LogError:
-            pass  # the summary tells
-        except ConfigurationError as error:
-            raise CommandError(USAGE, f"{played.log.path}: {error}") from error
-        finally:
-            if writer is not None:
-                writer.close()
-    except OSError as error:
-        raise CommandError(FAILED, f"cannot write {out}: {error.strerror or error}; choose another --out") from error
-    if plot is not None and played.summary.frames:
-        _draw(played, plot)
-
-
-def _draw(played: Replay, plot: Path) -> None:
-    from ttc_fast.replay.picture import draw
-
-    try:
-        figure = draw(played)
-        figure.draw_without_rendering()  # once more than matplotlib does: its layout settles in two steps
-        figure.savefig(plot, dpi=110)
-    except OSError as error:
-        raise CommandError(FAILED, f"cannot write {plot}: {error.strerror or error}; choose another --plot") from error
-
-
-def _one_of_many(path: Path, settings: Settings, out: Path | None, plot: Path | None) -> Summary:
-    """Replay one log, in a process of its own."""
-    from ttc_fast.replay import Summary
-
-    try:
-        played = _open(path, settings)
-    except (LogError, CommandError) as error:
-        summary = Summary(str(path), 0.0, 0.0)
-        summary.lost = str(error)
-        return summary
-    _play(played, out, plot)
-    return played.summary
-
-
-def _run_many(arguments: argparse.Namespace, settings: Settings) -> None:
-    """Replay several logs on all cores."""
-    import os
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from ttc_fast.demo.table import open_console
-    from ttc_fast.replay.screen import print_summaries
-
-    paths = arguments.paths
-    outs, plots = _each(arguments.out, paths), _each(arguments.plot, paths)
-    jobs = min(arguments.jobs or os.cpu_count() or 1, len(paths))
-    stderr = Console(stderr=True)
-    progress = Progress(console=stderr, transient=True, disable=not stderr.is_terminal)
-    with progress, ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        each = pool.map(_one_of_many, paths, [settings] * len(paths), outs, plots)
-        summaries = list(progress.track(each, total=len(paths), description=f"{len(paths)} logs"))
-    print_summaries(summaries, open_console())
-    damaged = [summary for summary in summaries if summary.lost]
-    if damaged:
-        nothing = not any(summary.frames for summary in summaries)
-        problem = f"of {len(paths)} logs {len(damaged)} could not be read whole"
-        raise CommandError(UNREADABLE if nothing else PARTIAL, problem)
-
-
-def _each(file: Path | None, paths: list[Path]) -> list[Path | None]:
-    """Name a file for each log: the name of the log is put behind the name that was given."""
-    if file is None:
-        return [None] * len(paths)
-    named: list[Path | None] = []
-    for path in paths:
-        stem = f"{file.stem}-{path.resolve().name}"
-        name, number = file.with_name(stem + file.suffix), 2
-        while name in named:
-            name, number = file.with_name(f"{stem}-{number}{file.suffix}"), number + 1
-        named.append(name)
-    return named
+        if out is None:
+            for _ in rows:
+                pass
+            return
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with WRITERS[out.suffix.lower()](out) as writer:
+            for row in rows:
+                writer.write(row)
+    except LogError:
+        pass  # the summary tells
+    except ConfigurationError as error:
+        raise CommandError(USAGE, f"{played.log.path}: {error}") from error

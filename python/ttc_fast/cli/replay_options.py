@@ -14,7 +14,13 @@ if TYPE_CHECKING:
 
     from ttc_fast.replay import Settings
 
-__all__ = ["add", "count", "positive_count", "settings"]
+__all__ = ["add", "add_rows", "positive_count", "settings"]
+
+
+def axes(text: str) -> tuple[str, ...]:
+    """Read three coordinates with commas between them."""
+    return tuple(text.split(","))
+
 
 RECORDING: dict[str, dict[str, Any]] = {
     "--topic": {"metavar": "NAME", "help": "of the scans or clouds, where a bag has several"},
@@ -27,14 +33,19 @@ RECORDING: dict[str, dict[str, Any]] = {
     "--stamp-column": {"metavar": "NAME", "help": "of the stamps in a table"},
 }  # fmt: skip
 VEHICLE: dict[str, dict[str, Any]] = {
-    "--mount": {"type": finite, "nargs": 3, "metavar": ("X", "Y", "YAW"), "help": "of the sensor on the vehicle"},
+    "--mount": {"type": finite, "nargs": 3, "metavar": ("X", "Y", "YAW"), "help": "of the sensor on the vehicle, m and "
+                "rad"},
+    "--upside-down": {"action": "store_true", "default": None, "help": "the scanner hangs upside down: its beams run "
+                      "the other way round"},
     "--outline": {"type": finite, "nargs": 4, "metavar": ("REAR", "FRONT", "RIGHT", "LEFT"), "help": "of the vehicle, "
                   "m, in its own frame; rear and right are usually negative. With it the vehicle's path is judged"},
     "--range-min": {"type": finite, "metavar": "M", "help": "readings below this are discarded, m"},
     "--range-max": {"type": finite, "metavar": "M", "help": "readings beyond this are discarded, m"},
     "--sensor-height": {"type": finite, "metavar": "M", "help": "of a lidar above the road, m"},
     "--front-offset": {"type": finite, "metavar": "M", "help": "from a lidar to the bumper, m"},
-    "--axes": {"nargs": 3, "metavar": ("X", "Y", "Z"), "help": "stored coordinates that are forward, left and up"},
+    "--axes": {"type": axes, "metavar": "X,Y,Z", "help": "which stored coordinates of a lidar are forward, left and "
+               "up: x,-y,-z for one that hangs upside down, y,-x,z where y is forward; --axes=-y,x,z where the first "
+               "is negative"},
 }  # fmt: skip
 GATE = {"x": "ahead of the lidar", "y": "to its left", "z": "above it", "intensity": "of points, in the units stored"}
 
@@ -62,7 +73,22 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--sensor-timeout", type=positive, metavar="S", help="a longer gap between frames brakes, s (default: 0.3)"
     )
     brake.add_argument(
-        "--config", type=Path, metavar="FILE", help="TOML file with scan, gate, criteria and brake; options win over it"
+        "--config",
+        type=Path,
+        metavar="FILE",
+        help="settings of scanner, gate, criteria and brake, or parameters of the node: the file that ttc-fast node "
+        "takes (.toml, .yaml); options win over it",
+    )
+
+
+def add_rows(group: Any) -> None:
+    """Declare how many rows are printed."""
+    group.add_argument(
+        "--rows",
+        type=count,
+        default=20,
+        metavar="N",
+        help="about how many rows to print; 0 prints none (default: %(default)s)",
     )
 
 
@@ -70,9 +96,10 @@ def settings(arguments: argparse.Namespace) -> Settings:
     """Put together what was said."""
     from ttc_fast.configuration import Configuration, ConfigurationError
     from ttc_fast.replay import Settings
+    from ttc_fast.ros.files import read_configuration
 
     try:
-        configuration = Configuration() if arguments.config is None else Configuration.read(arguments.config)
+        configuration = Configuration() if arguments.config is None else read_configuration(arguments.config)
         criteria = None
         if arguments.criterion:
             criteria = Configuration.of({"criteria": [_criterion(text) for text in arguments.criterion]}).criteria

@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 
 DAMAGED = (EOFError, zlib.error, gzip.BadGzipFile)
 OPTIONS = (*LIDAR, "rate", "speed")
+LOOKED_AT = 4096
+ODD_ROWS = 0.02
+FARTHEST = 1000.0  # m
+NEXT_TO_NOTHING = 1e-6  # m, or of any intensity
+BRIGHTEST = 65535.0
 
 
 @dataclass(frozen=True)
@@ -125,12 +130,35 @@ def read_content(frame: Path) -> bytes:
 
 
 def read_rows(frame: Path, names: tuple[str, ...], of: str) -> NDArray[np.float32]:
-    """Read little-endian float32 rows of so many numbers."""
+    """Read little-endian float32 rows of so many numbers: x, y, z (m), intensity, and what else there is.
+
+    Such files say nothing of themselves, so what is in them is looked at: whatever else has the same ending would be
+    read as points that are not there.
+    """
     content, row = read_content(frame), 4 * len(names)
+    rows = f"rows of {row} bytes (float32 {', '.join(names)})"
     if len(content) % row:
-        rows = f"rows of {row} bytes (float32 {', '.join(names)})"
         raise LogError(frame, f"has {len(content)} bytes, not whole {rows}: cut short, or not a {of} frame")
-    return np.frombuffer(content, "<f4").reshape(-1, len(names))
+    points: NDArray[np.float32] = np.frombuffer(content, "<f4").reshape(-1, len(names))
+    odd = _odd_share(points)
+    if odd > ODD_ROWS:
+        problem = f"is no {of} frame: read as {rows}, {odd:.0%} of them are no places that a lidar sees"
+        raise LogError(frame, f"{problem}; record it as a bag, or convert it to .pcd")
+    return points
+
+
+def _odd_share(points: NDArray[np.float32]) -> float:
+    """Return how many of the points are not what a lidar gives, of some thousand in the middle of the file."""
+    begin = max(len(points) - LOOKED_AT, 0) // 2
+    some = points[begin : begin + LOOKED_AT]
+    if not len(some):
+        return 0.0
+    size = np.abs(some[:, :4])
+    with np.errstate(invalid="ignore"):
+        odd = (size[:, :3] > FARTHEST).any(axis=1)  # bytes of something else are huge, or next to nothing
+        odd |= ((size > 0.0) & (size < NEXT_TO_NOTHING)).any(axis=1)
+        odd |= (some[:, 3] < 0.0) | (size[:, 3] > BRIGHTEST)
+    return float(odd.mean())
 
 
 def no_stamp(name: str) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
     from pathlib import Path
 
-SCANNER = ("range_min", "range_max", "mount", "outline")
+SCANNER = ("range_min", "range_max", "mount", "outline", "upside_down")
 LIDAR = ("sensor_height", "front_offset", "axes")
 MOTION = ("odometry_topic", "speed", "max_speed_age")
 SizeT = TypeVar("SizeT")
@@ -40,6 +40,8 @@ class Recording:
         x, y (m) and yaw (rad) of the scanner in the vehicle frame.
     outline : (float, float, float, float) or None
         x_rear, x_front, y_right, y_left of the vehicle, m.
+    upside_down : bool or None
+        Whether the scanner hangs upside down, so that its beams run the other way round.
     sensor_height, front_offset : float or None
         Of the lidar, above the road and from the bumper, m.
     axes : (str, str, str) or None
@@ -64,6 +66,7 @@ class Recording:
     range_max: float | None = None
     mount: tuple[float, float, float] | None = None
     outline: tuple[float, float, float, float] | None = None
+    upside_down: bool | None = None
     sensor_height: float | None = None
     front_offset: float | None = None
     axes: tuple[str, str, str] | None = None
@@ -91,4 +94,6 @@ class Recording:
     def applied(self, thing: SizeT, names: Collection[str]) -> SizeT:
         """Return a scanner or a lidar with what the user said of it."""
         said: dict[str, Any] = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        if said.pop("upside_down", False):
+            said |= {name: -getattr(thing, name) for name in ("angle_min", "angle_increment")}
         return replace(thing, **said) if said else thing  # type: ignore[type-var]

@@ -228,11 +228,11 @@ def _chosen(bag: Container, name: str | None, kinds: tuple[str, ...], option: st
         if not named:
             has = ", ".join(topic.name for topic in found) or "none"
             of = " or ".join(kinds)
-            raise LogError(bag.path, f"has no topic {name} of {of}; it has {has}: choose with {option}=")
+            raise LogError(bag.path, f"has no topic {name} of {of}; it has {has}: choose with the option {option}")
         return named[0]
     if len(found) > 1:
         has = ", ".join(f"{topic.name} ({topic.type})" for topic in found)
-        raise LogError(bag.path, f"has several topics to choose from, {has}; choose one with {option}=")
+        raise LogError(bag.path, f"has several topics to choose from, {has}; choose one with the option {option}")
     return found[0] if found else None
 
 

@@ -49,11 +49,11 @@ class DistanceTable:
         self._speed = recording.speed
         self.clock = f"column {self._stamp_column}" if self._stamp_column else f"{recording.rate:g} frames a second"
         header = next(self._lines(Losses(path)), (0, []))[1]
-        fixes = {self.column: "column=", self._stamp_column: "stamp_column=, or say the rate="}
+        fixes = {self.column: "option column", self._stamp_column: "option stamp_column, or say the rate"}
         for name, fix in fixes.items():
             if name is not None and name not in header:
                 has = ", ".join(header[:20]) or "no names"
-                raise LogError(path, f"has no column {name!r}; its first line has {has}: choose with {fix}")
+                raise LogError(path, f"has no column {name!r}; its first line has {has}: choose with the {fix}")
         self._columns = [header.index(name) for name in fixes if name is not None]
 
     def __iter__(self) -> Iterator[DistanceFrame]:

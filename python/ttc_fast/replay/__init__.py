@@ -1,8 +1,8 @@
 """Recorded logs through the code that brakes: a row for each frame, a summary, a picture."""
 
 from ttc_fast.replay.row import Row
-from ttc_fast.replay.run import Replay, replay, sample
+from ttc_fast.replay.run import Replay, sample
 from ttc_fast.replay.settings import Settings
 from ttc_fast.replay.summary import Event, Summary
 
-__all__ = ["Event", "Replay", "Row", "Settings", "Summary", "replay", "sample"]
+__all__ = ["Event", "Replay", "Row", "Settings", "Summary", "sample"]

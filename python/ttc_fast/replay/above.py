@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.patches import Polygon, Rectangle
 
 from ttc_fast._core import ScanSweptPath
-from ttc_fast.demo.picture import ALARM, INK, LINE, QUIET, quieten, title_of
 from ttc_fast.replay.scans import Scans
+from ttc_fast.replay.style import ALARM, CAUTION, INK, LINE, PALE, QUIET, legend_below, quieten, title_of
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -20,11 +20,17 @@ if TYPE_CHECKING:
     from ttc_fast.replay.row import Row
     from ttc_fast.replay.run import Replay
 
-CLOSEST_VIEW, FARTHEST_VIEW = 2.5, 30.0
-"""m to each side that are shown at least and at most."""
+CLOSEST_VIEW, FARTHEST_VIEW = 2.5, 60.0
+"""m ahead that are shown at least and at most."""
 GUILTY = 0.5
 """m around the distance that a tracker gives: those points are of the body that it follows."""
-STEPS = 40
+STRAY = 0.1
+"""m: points of the gate that are nearer than the body by more are drawn as strays."""
+CAR_WIDTH, CAR_LENGTH = 1.8, 4.2
+"""m, where only the bumper is known."""
+STEPS = 120
+
+Seen = tuple["NDArray[Any]", "NDArray[np.bool_]", "tuple[float, float] | None"]
 
 
 def draw_above(axes: Axes, replay: Replay) -> None:
@@ -33,34 +39,61 @@ def draw_above(axes: Axes, replay: Replay) -> None:
     row, frame = replay.moment
     scans = isinstance(replay.eyes, Scans)
     points, guilty, at = (_scan if scans else _cloud)(replay, row, frame)
-    reach = max(0.0 if at is None else 1.25 * math.hypot(*at) + 0.5, CLOSEST_VIEW)
-    reach = min(reach, FARTHEST_VIEW) if at is not None else FARTHEST_VIEW / 3
-    middle = 0.3 * reach
-    axes.set(xlim=(reach, -reach), ylim=(middle - reach, middle + reach), xlabel="y, m", ylabel="x, m")
-    axes.set_aspect("equal")
+    _frame(axes, replay, at)
     outline = replay.eyes.outline
     if outline is not None:
         _draw_path(axes, outline, row, getattr(frame, "yaw_rate", 0.0), replay.threshold)
+    elif not scans:
+        _draw_gate(axes, replay.eyes.gate, replay.eyes.mount)
     axes.plot(points[~guilty, 1], points[~guilty, 0], ".", color=QUIET, ms=3, mew=0)
     if guilty.any():
-        label = f"contact within {replay.threshold:g} s" if scans else "decides"
+        path = scans or row.beam >= 0
+        label = f"contact within {replay.threshold:g} s" if path else "what the tracker follows"
         axes.plot(points[guilty, 1], points[guilty, 0], ".", color=ALARM, ms=6, mew=0, label=label, zorder=3)
+    if not scans and at is not None:
+        _draw_strays(axes, replay, points, at[0])
     if at is not None:
-        axes.plot(at[1], at[0], "o", mfc="none", mec=INK, mew=1.8, ms=12, zorder=4, label="nearest in time")
+        label = "nearest in time" if row.beam >= 0 else "distance"
+        axes.plot(at[1], at[0], "o", mfc="none", mec=INK, mew=1.8, ms=12, zorder=4, ls="none", label=label)
+    _draw_vehicle(axes, replay)
+    legend_below(axes)
+    quieten(axes)
+    title_of(axes, _title(replay, row))
+
+
+def _title(replay: Replay, row: Row) -> str:
+    what = f"{row.command.name} ({row.reason.name})"
+    if not replay.braked:
+        what = "least TTC" if math.isfinite(row.ttc) else "nothing closes in any frame"
+    if not math.isfinite(row.ttc):
+        return f"frame {row.frame}, t = {row.stamp:.2f} s\n{what}"
+    told = f"{row.ttc:.2f} s to collision, {row.distance:.2f} m, closing at {row.closing_speed:.2f} m/s"
+    return f"frame {row.frame}, t = {row.stamp:.2f} s: {what}\n{told}"
+
+
+def _frame(axes: Axes, replay: Replay, at: tuple[float, float] | None) -> None:
+    """Show the vehicle, what decided, and a little around both; ahead is up, and left is left."""
+    x, y = (FARTHEST_VIEW / 6, 0.0) if at is None else at
+    low = min(replay.eyes.outline[0] if replay.eyes.outline else -1.0, x, 0.0)
+    high = max(x, 0.0)
+    size = min(max(1.35 * max(high - low, 2.0 * abs(y)), CLOSEST_VIEW), 2.0 * FARTHEST_VIEW)
+    middle = (low + high) / 2.0
+    axes.set(xlim=(size / 2, -size / 2), ylim=(middle - size / 2, middle + size / 2), xlabel="y, m", ylabel="x, m")
+    axes.set_aspect("equal")
+
+
+def _draw_vehicle(axes: Axes, replay: Replay) -> None:
+    """Draw the vehicle as far as it is known, and the sensor."""
+    x, y, _ = replay.eyes.mount
+    outline = replay.eyes.outline
+    offset = 0.0 if isinstance(replay.eyes, Scans) else replay.eyes.lidar.front_offset
+    if outline is None and offset > 0.0:
+        outline = (x + offset - CAR_LENGTH, x + offset, y - CAR_WIDTH / 2, y + CAR_WIDTH / 2)
     if outline is not None:
         rear, front, right, left = outline
         size = (left - right, front - rear)
         axes.add_patch(Rectangle((right, rear), *size, facecolor=LINE, edgecolor=INK, alpha=0.85, lw=1, zorder=2))
-    mount = getattr(replay.eyes, "mount", (0.0, 0.0, 0.0))
-    axes.plot(mount[1], mount[0], "o", color="white", mec=INK, ms=4, ls="none", zorder=5, label="sensor")
-    axes.legend(loc="lower right", frameon=False, fontsize=8.5, labelcolor=INK)
-    quieten(axes)
-    what = f"{row.command.name} ({row.reason.name})" if replay.braked else "least TTC"
-    told = f"{row.ttc:.2f} s to collision, {row.distance:.2f} m, closing at {row.closing_speed:.2f} m/s"
-    title_of(axes, f"frame {row.frame}, t = {row.stamp:.2f} s: {what}\n{told}")
-
-
-Seen = tuple["NDArray[Any]", "NDArray[np.bool_]", "tuple[float, float] | None"]
+    axes.plot(y, x, "o", color="white", mec=INK, ms=4, ls="none", zorder=5, label="sensor")
 
 
 def _scan(replay: Replay, row: Row, frame: Any) -> Seen:
@@ -97,9 +130,33 @@ def _cloud(replay: Replay, row: Row, frame: Any) -> Seen:
     guilty = np.zeros(len(points), bool)
     if not math.isfinite(row.distance):
         return points, guilty, None
-    x, (right, left) = eyes.mount[0] + row.distance + eyes.lidar.front_offset, eyes.gate.y
-    guilty = (abs(points[:, 0] - x) < GUILTY) & (points[:, 1] >= right) & (points[:, 1] <= left)
-    return points, guilty, (x, float(points[guilty, 1].mean()) if guilty.any() else (right + left) / 2)
+    x = eyes.mount[0] + row.distance + eyes.lidar.front_offset
+    lane = _in_lane(eyes, points)
+    guilty = (np.abs(points[:, 0] - x) < GUILTY) & lane
+    return points, guilty, (x, float(points[guilty, 1].mean()) if guilty.any() else sum(eyes.gate.y) / 2)
+
+
+def _in_lane(eyes: Any, points: NDArray[Any]) -> NDArray[np.bool_]:
+    right, left = eyes.gate.y
+    lane: NDArray[np.bool_] = (points[:, 1] >= right + eyes.mount[1]) & (points[:, 1] <= left + eyes.mount[1])
+    return lane
+
+
+def _draw_strays(axes: Axes, replay: Replay, points: NDArray[Any], x: float) -> None:
+    """Mark the points in the lane that are nearer than what decided, as a plain minimum would have taken them."""
+    eyes = replay.eyes
+    near = (points[:, 0] < x - STRAY - GUILTY) & (points[:, 0] >= eyes.mount[0] + eyes.gate.x[0])
+    stray = points[near & _in_lane(eyes, points)]
+    if len(stray):
+        axes.plot(stray[:, 1], stray[:, 0], "x", color=CAUTION, ms=6, mew=1.6, ls="none", zorder=3, label="stray point")
+
+
+def _draw_gate(axes: Axes, gate: Any, mount: Any) -> None:
+    """Tint the lane in which points count."""
+    near, far = gate.x
+    length = min(far, 10.0 * FARTHEST_VIEW) - near
+    corner, width = (gate.y[0] + mount[1], near + mount[0]), gate.y[1] - gate.y[0]
+    axes.add_patch(Rectangle(corner, width, length, color=PALE, alpha=0.6, lw=0, zorder=0, label="gate"))
 
 
 def _draw_path(axes: Axes, outline: Any, row: Row, yaw_rate: float, ahead: float) -> None:
@@ -116,4 +173,6 @@ def _draw_path(axes: Axes, outline: Any, row: Row, yaw_rate: float, ahead: float
         middle = (way * math.cos(half), way * math.sin(half))
         x = middle[0] + corners[:, 0] * math.cos(turn) - corners[:, 1] * math.sin(turn)
         y = middle[1] + corners[:, 0] * math.sin(turn) + corners[:, 1] * math.cos(turn)
-        axes.add_patch(Polygon(np.column_stack([y, x]), closed=True, color=LINE, alpha=0.05, lw=0, zorder=1))
+        axes.add_patch(Polygon(np.column_stack([y, x]), closed=True, color=PALE, lw=0, zorder=1))
+    path = Rectangle((0.0, 0.0), 0.0, 0.0, color=PALE, lw=0, label=f"its path in {ahead:g} s")
+    axes.add_patch(path)

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ttc_fast.brake import EstimateThreshold, IttcThreshold, Motion, StoppingDistance, SweptPathThreshold
+from ttc_fast.brake import EstimateThreshold, IttcThreshold, Motion, Reason, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.criteria import NOTHING, Criterion, Looks
 from ttc_fast.status import Status
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 SET_BACK = 1.0
 """s: a clock that goes back by more was set anew, as where a simulation restarts; by less it is jitter."""
+
+STILL_BRAKING = (Reason.HOLD, Reason.STANDSTILL)
 
 
 class Witness(Criterion):
@@ -73,6 +75,7 @@ class Judge:
         self._scan, self._path = scan, path
         self._timeout = sensor_timeout
         self.stale = self.resets = 0
+        self.longest_gap = 0.0
         self._begin()
 
     def _begin(self) -> None:
@@ -96,12 +99,16 @@ class Judge:
     def decide(self, stamp: float, motion: Motion | None, /, **data: Any) -> tuple[Decision, Scene | None, Status]:
         """Decide on a frame: what is done, what was seen, and what the frame is worth where nothing was seen."""
         update, witness = self._controller.update, self._witness
-        if stamp - self._stamp > self._timeout:
+        gap, self._stamp = stamp - self._stamp, stamp
+        stale = gap > self._timeout
+        if stale:
             self.stale += 1
+            self.longest_gap = max(self.longest_gap, gap)
             update(stamp)  # the watchdog, just before the frame comes
-        self._stamp = stamp
         witness.scene = None
         decision = update(stamp, motion=motion, **data)
+        if stale and decision.reason in STILL_BRAKING:
+            decision = decision._replace(reason=Reason.STALE)  # what it brakes for, though a frame has come now
         scene = witness.scene
         counters = decision.counters
         status = Status.WARMING_UP

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ttc_fast.brake import Command
-from ttc_fast.demo import name_of
-from ttc_fast.demo.picture import (
+from ttc_fast.replay.above import draw_above
+from ttc_fast.replay.run import name_of
+from ttc_fast.replay.style import (
     ALARM,
     BLIND,
+    CAUTION,
     INK,
     LINE,
-    OUTVOTED,
     QUIET,
     label_seconds,
     legend_above,
@@ -22,10 +23,11 @@ from ttc_fast.demo.picture import (
     open_figure,
     quieten,
 )
-from ttc_fast.replay.above import draw_above
-from ttc_fast.status import Status
+from ttc_fast.replay.summary import GOING, UNSEEN, is_lone, told
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
@@ -34,43 +36,71 @@ if TYPE_CHECKING:
 
 LONGEST, SHORTEST = 20.0, 0.02
 """s; the axis of the TTC ends there."""
+SIZE, NARROW = (11.0, 6.4), (8.0, 6.4)
+"""inch: with and without a view from above."""
 
 
-def draw(replay: Replay, title: str = "") -> Figure:
+def save(replay: Replay, path: Path) -> None:
+    """Draw a replayed log into a file.
+
+    Parameters
+    ----------
+    replay : Replay
+        With at least one row.
+    path : Path
+        That ends in .png or .svg.
+    """
+    figure = draw(replay)
+    figure.draw_without_rendering()  # once more than matplotlib does: its layout settles in two steps
+    figure.savefig(path, dpi=110)
+
+
+def draw(replay: Replay) -> Figure:
     """Draw a replayed log.
 
     Parameters
     ----------
     replay : Replay
         With at least one row.
-    title : str, optional
-        Above it all; by default the name of the log.
 
     Returns
     -------
     matplotlib.figure.Figure
-        With its own canvas, so that no display is needed; save it with ``savefig``.
+        With its own canvas, so that no display is needed.
     """
-    step = replay.series.step
-    note = f"Each point stands for {step} frames, by the strongest command and least TTC." if step > 1 else ""
-    figure = open_figure(title or f"{name_of(replay.log.path)}, {replay.summary.pace}", note)
-    figure.set_size_inches(11, 6.2)
     from_above = replay.moment is not None and not hasattr(replay.log, "column")
+    title = f"{name_of(replay.log.path)}, {replay.summary.pace}"
+    figure = open_figure(title, _footnote(replay), SIZE if from_above else NARROW)
     grid = figure.add_gridspec(3, 2 if from_above else 1, height_ratios=(1, 0.8, 1.5))
     ttc = figure.add_subplot(grid[2, 0])
     distance, closing = (figure.add_subplot(grid[row, 0], sharex=ttc) for row in (0, 1))
-    _draw_distance(distance, replay)
+    lone = _lone(replay)
+    _draw_distance(distance, replay, lone)
     _draw_closing_speed(closing, replay)
-    _draw_ttc(ttc, replay)
+    _draw_ttc(ttc, replay, lone)
     for axes in (distance, closing):
         axes.tick_params(labelbottom=False)
     for axes in (distance, closing, ttc):
         _draw_events(axes, replay)
+        legend_above(axes)
         quieten(axes)
     figure.align_ylabels([distance, closing, ttc])
     if from_above:
         draw_above(figure.add_subplot(grid[:, 1]), replay)
     return figure
+
+
+def _footnote(replay: Replay) -> str:
+    """Say why it braked first, and what each point stands for."""
+    said = []
+    if replay.braked and replay.moment is not None:
+        row = replay.moment[0]
+        unit = next((each.unit for each in replay.eyes.judge.criteria if each.name == row.criterion), "")
+        why = f"{row.criterion}, {row.value:.2f} < {row.threshold:.3g} {unit}"
+        said.append(f"It brakes at {row.stamp:.2f} s, when enough of the last frames agree: {why}.")
+    if replay.series.step > 1:
+        said.append(f"Each point stands for {replay.series.step} frames, by the strongest command and least TTC.")
+    return " ".join(said)
 
 
 def _column(replay: Replay, name: str) -> NDArray[np.float64]:
@@ -79,58 +109,73 @@ def _column(replay: Replay, name: str) -> NDArray[np.float64]:
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _draw_distance(axes: Axes, replay: Replay) -> None:
-    axes.plot(_column(replay, "stamp"), _column(replay, "distance"), ".-", color=LINE, lw=1.2, ms=3)
+def _lone(replay: Replay) -> NDArray[np.bool_]:
+    """Tell which rows are lone; where each stands for several, neighbours say nothing of each other."""
+    rows, longest = replay.series.rows, replay.summary.longest
+    lone = np.zeros(len(rows), bool)
+    if replay.series.step == 1:
+        lone[1:-1] = [is_lone(*rows[i : i + 3], longest=longest) for i in range(len(rows) - 2)]
+    return lone
+
+
+def _draw_distance(axes: Axes, replay: Replay, lone: NDArray[np.bool_]) -> None:
+    stamps, distance, nearest = (_column(replay, name) for name in ("stamp", "distance", "nearest"))
+    if np.isfinite(nearest).any():
+        axes.plot(stamps, nearest, ".-", color=QUIET, lw=1, ms=4, label="plain nearest point")
+    axes.plot(stamps, np.where(lone, np.nan, distance), ".-", color=LINE, lw=1.4, ms=3, label="distance")
+    if lone.any():
+        axes.plot(stamps[lone], distance[lone], "x", color=CAUTION, ms=5, mew=1.6, label="lone reading")
     axes.set(ylabel="distance, m")
     axes.set_ylim(bottom=0.0)
-    if replay.summary.brakes:
-        axes.plot([], [], color=ALARM, lw=6, alpha=0.25, label="brakes")
-        legend_above(axes)
 
 
 def _draw_closing_speed(axes: Axes, replay: Replay) -> None:
     stamps, low, high = (_column(replay, name) for name in ("stamp", "closing_low", "closing_high"))
     speed = _column(replay, "speed")
-    if np.isfinite(low).any():
-        axes.fill_between(stamps, low, high, color=LINE, alpha=0.25, lw=0, label="90 %")
     if np.isfinite(speed).any():
-        axes.plot(stamps, speed, color=QUIET, lw=1, label="vehicle")
-    axes.plot(stamps, _column(replay, "closing_speed"), ".-", color=LINE, lw=1.2, ms=3, label="closing")
+        axes.plot(stamps, speed, color=QUIET, lw=4, alpha=0.6, label="of the vehicle")
+    if np.isfinite(low).any():
+        axes.fill_between(stamps, low, high, color=LINE, alpha=0.25, lw=0, label="90 % interval")
+    axes.plot(stamps, _column(replay, "closing_speed"), ".-", color=LINE, lw=1.4, ms=3, label="closing speed")
     axes.set(ylabel="speed, m/s")
-    legend_above(axes)
+    axes.set_ylim(bottom=min(axes.get_ylim()[0], 0.0))
 
 
-def _draw_ttc(axes: Axes, replay: Replay) -> None:
+def _draw_ttc(axes: Axes, replay: Replay, lone: NDArray[np.bool_]) -> None:
     """Draw the TTC on a logarithmic axis, with what it is compared with."""
     rows, threshold = replay.series.rows, replay.threshold
-    stamps, ttc = _column(replay, "stamp"), np.array([row.ttc for row in rows])
+    stamps, status = _column(replay, "stamp"), np.array([row.status for row in rows])
+    ttc = np.array([told(row) for row in rows])
+    ttc[np.isinf(ttc)] = np.nan
     finite = ttc[np.isfinite(ttc)]
     low = max(0.7 * min([threshold, *finite]), SHORTEST)
     high = min(1.5 * max([2.0 * threshold, *finite]), LONGEST)
-    shown = np.where(np.isfinite(ttc), np.maximum(ttc, low), np.nan)
+    shown = np.maximum(ttc, low)
     axes.set(yscale="log", ylabel="time to collision, s", xlabel="time, s", ylim=(low, high))
     label_seconds(axes.yaxis)
     for each in sorted(set(replay.eyes.judge.thresholds)):
         axes.axhline(each, color=ALARM, lw=1, ls=(0, (5, 3)), label=f"threshold {each:g} s")
     least, most = (np.clip([getattr(row, name) for row in rows], low, 1e9) for name in ("ttc_low", "ttc_high"))
     if np.isfinite(least).any():
-        axes.fill_between(stamps, least, most, color=LINE, alpha=0.25, lw=0, label="90 %")
-    axes.plot(stamps, shown, ".-", color=LINE, lw=1.5, ms=3, label="TTC")
-    warned = np.array([row.command is Command.WARN for row in rows])
-    if (warned & np.isfinite(shown)).any():
-        axes.plot(stamps[warned], shown[warned], "o", mfc="none", color=OUTVOTED, ms=5, label="warns")
-    status = np.array([row.status for row in rows])
-    mark_on_top(axes, stamps[np.isin(status, (Status.NO_DATA, Status.INVALID))], BLIND, "nothing valid seen")
+        axes.fill_between(stamps, least, most, color=LINE, alpha=0.25, lw=0)
+    axes.plot(stamps, np.where(lone, np.nan, shown), ".-", color=LINE, lw=1.5, ms=3, label="TTC")
+    if lone.any():
+        axes.plot(stamps[lone], shown[lone], "x", color=CAUTION, ms=5, mew=1.6)
+    warned = np.array([row.command is Command.WARN for row in rows]) & np.isfinite(shown)
+    if warned.any():
+        axes.plot(stamps[warned], shown[warned], "o", mfc="none", color=CAUTION, ms=5, label="warns")
+    mark_on_top(axes, stamps[np.isin(status, GOING)], QUIET, "nothing closes")
+    mark_on_top(axes, stamps[np.isin(status, UNSEEN)], BLIND, "nothing valid seen")
     if replay.moment is not None and math.isfinite(replay.moment[0].ttc):
-        row = replay.moment[0]
-        colour = ALARM if replay.braked else INK
-        label = "begins to brake" if replay.braked else "least"
-        axes.plot(row.stamp, max(row.ttc, low), "o", color=colour, mec="white", ms=9, ls="none", zorder=3, label=label)
-    legend_above(axes)
+        row, braked = replay.moment[0], replay.braked
+        at, colour = (row.stamp, max(row.ttc, low)), ALARM if braked else INK
+        label = "begins to brake" if braked else "least TTC"
+        axes.plot(*at, "o", color=colour, mec="white", ms=9, ls="none", zorder=3, label=label)
 
 
 def _draw_events(axes: Axes, replay: Replay) -> None:
     """Tint when it brakes."""
-    for event in replay.summary.events:
-        axes.axvspan(event.begin.stamp, event.end, color=ALARM, alpha=0.08, lw=0)
-        axes.axvline(event.begin.stamp, color=ALARM, lw=0.8, alpha=0.6)
+    for i, event in enumerate(replay.summary.events):
+        label = "brakes" if i == 0 and axes.get_ylabel().startswith("distance") else None
+        axes.axvspan(event.begin.stamp, event.end, color=ALARM, alpha=0.1, lw=0, label=label)
+        axes.axvline(event.begin.stamp, color=ALARM, lw=0.8, alpha=0.7)

@@ -39,7 +39,7 @@ class Row(NamedTuple):
     speed : float
         Of the vehicle, m/s; NaN where the log does not know it.
     valid : int or None
-        Readings or points that count; None where nobody counted.
+        Readings that are valid, or points in the gate; None where nobody counted.
     criterion : str
         The one nearest to its threshold; empty when nothing was judged.
     value, threshold : float
@@ -48,11 +48,14 @@ class Row(NamedTuple):
         The beam or point that was nearest in time; -1 when there is none.
     range, angle : float
         Where it is, m and rad; NaN when not known.
+    nearest : float
+        Of clouds: how far away the plain nearest point in the gate is, m, counted as ``distance`` is: what the tracker
+        did not believe may be nearer than ``distance``. inf where there is none, NaN for other sensors.
 
     Examples
     --------
-    >>> from ttc_fast.replay import replay, sample
-    >>> row = max(replay(sample("scans")), key=lambda row: row.command)
+    >>> from ttc_fast.replay import Replay, sample
+    >>> row = max(Replay(sample("scans")), key=lambda row: row.command)
     >>> row.frame, row.command.name, row.reason.name, row.criterion
     (52, 'BRAKE', 'CRITERION', 'SweptPathThreshold')
     """
@@ -77,3 +80,4 @@ class Row(NamedTuple):
     beam: int = -1
     range: float = math.nan
     angle: float = math.nan
+    nearest: float = math.nan

@@ -21,7 +21,12 @@ if TYPE_CHECKING:
 
 TTC_THRESHOLD = 1.5
 """s; what exposure is counted below where no criterion compares a TTC."""
+_FOLDER = Path(__file__).parent.parent / "samples"
 SAMPLES = {"scans": "approach.npz", "clouds": "following.npz"}
+SCENES = {
+    "approach.npz": "simulated laser scans of a small car that brakes late for a parked box",
+    "following.npz": "simulated point clouds of a car that follows another one, which brakes",
+}
 
 
 def sample(name: str) -> Path:
@@ -42,7 +47,32 @@ def sample(name: str) -> Path:
     >>> sample("scans").name
     'approach.npz'
     """
-    return Path(__file__).parent.parent / "samples" / SAMPLES[name]
+    return _FOLDER / SAMPLES[name]
+
+
+def name_of(path: Path) -> str:
+    """Name a log above its picture and its table: the samples as what they are, others by their file.
+
+    Parameters
+    ----------
+    path : Path
+        Of the log.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from ttc_fast.replay.run import name_of, sample
+    >>> name_of(sample("scans"))
+    'simulated laser scans of a small car that brakes late for a parked box'
+    >>> name_of(Path("some/drive.bag"))
+    'drive.bag'
+    """
+    path = path.resolve()
+    return SCENES[path.name] if path.parent == _FOLDER.resolve() and path.name in SCENES else path.name
 
 
 class Replay:
@@ -79,9 +109,9 @@ class Replay:
     --------
     >>> from ttc_fast.replay import Replay, sample
     >>> log = Replay(sample("scans"))
-    >>> frames = sum(1 for row in log)
-    >>> frames, log.summary.brakes, round(log.summary.least.ttc, 2)
-    (129, 1, 0.1)
+    >>> rows = list(log)
+    >>> len(rows), rows[-1].command.name, log.summary.brakes, round(log.summary.least.ttc, 2)
+    (129, 'BRAKE', 1, 0.34)
     """
 
     def __init__(self, path: str | PathLike[str], settings: Settings | None = None) -> None:
@@ -102,13 +132,16 @@ class Replay:
     def __iter__(self) -> Iterator[Row]:
         eyes, summary, series = self.eyes, self.summary, self.series
         take, add, row_of = summary.add, series.add, eyes.row
+        frame: Any = None
         try:
-            for number, frame in enumerate(self.log):
+            for number, each in enumerate(self.log):
                 if number == 0:
-                    eyes.begin(frame)
+                    eyes.begin(each)
+                before, frame = frame, each
                 row = row_of(number, frame)
-                if take(row):
-                    self.moment = row, frame
+                moment = take(row)
+                if moment is not None:
+                    self.moment = moment, frame if moment is row else before
                 add(row)
                 yield row
         except LogError as error:
@@ -118,41 +151,13 @@ class Replay:
             raise LogError(self.log.path, f"frame {summary.frames}: {error}") from error
         finally:
             series.end()
-            summary.stale, summary.resets = eyes.judge.stale, eyes.judge.resets
+            moment = summary.end()
+            if moment is not None:
+                self.moment = moment, frame
+            judge = eyes.judge
+            summary.stale, summary.longest_gap, summary.resets = judge.stale, judge.longest_gap, judge.resets
 
     @property
     def braked(self) -> bool:
         """Whether the moment is one of braking."""
         return self.moment is not None and self.moment[0].reason is Reason.CRITERION
-
-
-def replay(path: str | PathLike[str], settings: Settings | None = None) -> Iterator[Row]:
-    """Run a log through what brakes, and give a row for each of its frames.
-
-    Parameters
-    ----------
-    path : path
-        Of the log, as ``open_log`` takes it.
-    settings : Settings, optional
-        Of the log and of the brake.
-
-    Yields
-    ------
-    Row
-        One a frame.
-
-    Raises
-    ------
-    LogError
-        If the log cannot be opened, or, after the last row, if something of it was lost.
-    ConfigurationError
-        If a setting makes no sense.
-
-    Examples
-    --------
-    >>> from ttc_fast.replay import replay, sample
-    >>> rows = list(replay(sample("clouds")))
-    >>> len(rows), rows[-1].status.name
-    (12, 'CLOSING')
-    """
-    yield from Replay(path, settings)

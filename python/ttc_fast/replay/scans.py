@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ttc_fast.replay.judge import Judge, motion_of
 from ttc_fast.replay.row import Row
@@ -36,7 +36,9 @@ class Scans:
         told = {name: value for name, value in vars(log.scanner).items() if value is not None}
         self.scan = self._configuration.scanner(**told)
         merged = {**told, **self._configuration.scan}
-        self.outline, self.mount = merged.get("outline"), merged.get("mount", (0.0, 0.0, 0.0))
+        self.outline, self.mount = merged.get("outline"), tuple(merged.get("mount", (0.0, 0.0, 0.0)))
+        self.about = _about(log, self.outline, self.mount)
+        self.rated = False
         self.judge = self._judge()
 
     def _judge(self, *, rated: bool = False) -> Judge:
@@ -51,7 +53,8 @@ class Scans:
 
     def begin(self, frame: ScanFrame) -> None:
         """Look at the first frame: without a speed, the ranges have to tell what closes."""
-        if frame.speed is None:
+        self.rated = frame.speed is None
+        if self.rated:
             self.judge = self._judge(rated=True)
 
     def row(self, number: int, frame: ScanFrame) -> Row:
@@ -88,3 +91,17 @@ class Scans:
             seen.range,
             seen.angle,
         )
+
+
+def _about(log: ScanLog, outline: Any, mount: tuple[float, ...]) -> list[tuple[str, str]]:
+    """Say what the numbers rest on, for people."""
+    x, y, yaw = mount
+    scanner = f"{log.scanner.beams} beams, at x {x:g} m, y {y:g} m, yaw {yaw:g} rad"
+    if outline is None:
+        problem = "from the scanner, so TTC is too long by (scanner to edge of the vehicle) / closing speed"
+        return [("scanner", scanner), ("distance", f"{problem}; --outline says where the vehicle ends")]
+    rear, front, right, left = outline
+    return [
+        ("scanner", scanner),
+        ("distance", f"from the outline, x {rear:g} to {front:g} m, y {right:g} to {left:g} m"),
+    ]

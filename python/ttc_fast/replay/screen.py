@@ -8,53 +8,69 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import Console, Group
+from rich.console import Group
 from rich.live import Live
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 from ttc_fast.brake import Command, Reason
-from ttc_fast.demo.table import STYLES, frames, line
+from ttc_fast.replay.console import frames, line, number, times
+from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from rich.console import Console
 
     from ttc_fast.replay.row import Row
     from ttc_fast.replay.run import Replay
-    from ttc_fast.replay.summary import Summary
+    from ttc_fast.replay.summary import Event, Summary
 
 TICK = 0.1
 """s between two updates of the screen."""
 LIVE_ROWS = 8
 MOST_EVENTS = 10
 COMMANDS = {Command.NONE: "dim", Command.WARN: "yellow", Command.BRAKE: "bold red"}
+STATUSES = {
+    Status.CONTACT: "bold red",
+    Status.NO_DATA: "bold magenta",
+    Status.INVALID: "bold magenta",
+    Status.TOO_FEW: "bold magenta",
+    Status.NOT_CLOSING: "dim",
+    Status.WARMING_UP: "dim",
+    Status.CLEAR: "dim",
+}
 COLUMNS = ("frame", "t, s", "distance, m", "closing, m/s", "TTC, s")
+MANY = ("frames", "least TTC, s", "TET, s", "TIT, s\N{SUPERSCRIPT TWO}", "brakes", "first, s", "invalid", "stale")
+UNTOLD = (Status.WARMING_UP, Status.NO_DATA, Status.INVALID)
 
 
 def table_of(rows: Iterable[Row], threshold: float) -> Table:
     """Make a table of rows."""
-    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 2, 0, 0))
-    for name in COLUMNS:
-        table.add_column(name, justify="right")
+    table = _table(COLUMNS)
     for name in ("status", "command", "reason"):
         table.add_column(name, no_wrap=True)
     for row in rows:
+        ttc = "-" if row.status in UNTOLD else f"{row.ttc:.3f}"
         table.add_row(
             str(row.frame),
             f"{row.stamp:.3f}",
-            _number(row.distance, 2),
-            _number(row.closing_speed, 2),
-            Text(_number(row.ttc, 3), style="bold red" if row.ttc < threshold else ""),
-            Text(row.status.name, style=STYLES.get(row.status, "")),
+            number(row.distance, 2),
+            number(row.closing_speed, 2),
+            Text(ttc, style="bold red" if row.ttc < threshold else ""),
+            Text(row.status.name, style=STATUSES.get(row.status, "")),
             Text(row.command.name, style=COMMANDS[row.command]),
             row.reason.name,
         )
     return table
 
 
-def _number(value: float, digits: int) -> str:
-    return "-" if math.isnan(value) else f"{value:.{digits}f}"
+def _table(numbers: Sequence[str]) -> Table:
+    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 2, 0, 0))
+    for name in numbers:
+        table.add_column(name, justify="right")
+    return table
 
 
 def watch(replay: Replay, console: Console) -> Iterator[Row]:
@@ -83,36 +99,51 @@ def print_rows(replay: Replay, console: Console, limit: int) -> None:
     rows = replay.series.rows
     if limit == 0 or not rows:
         return
-    told = [i for i in range(1, len(rows)) if rows[i].command is not rows[i - 1].command][: limit // 2]
-    even = np.linspace(0, len(rows) - 1, max(min(limit, len(rows)) - len(told), 2)).round().astype(int).tolist()
-    console.print(table_of([rows[i] for i in sorted({*even, *told})], replay.threshold))
+    chosen = range(len(rows)) if len(rows) <= limit else _chosen(rows, limit)
+    console.print(table_of([rows[i] for i in chosen], replay.threshold))
     console.print()
 
 
-def print_summary(summary: Summary, console: Console) -> None:
-    """Print what a log came to."""
-    for name, text in _lines(summary):
-        line(console, name, text)
+def _chosen(rows: list[Row], limit: int) -> list[int]:
+    told = [i for i in range(1, len(rows)) if rows[i].command is not rows[i - 1].command][: limit // 2]
+    even = np.linspace(0, len(rows) - 1, max(limit - len(told), 2)).round().astype(int).tolist()
+    return sorted({*even, *told})
 
 
-def _lines(summary: Summary) -> Iterator[tuple[str, str]]:
-    yield "log", f"{summary.path}: {frames(summary.frames)} in {summary.duration:.1f} s, {summary.pace}"
-    if summary.least is not None:
-        least = summary.least
-        if math.isfinite(least.ttc):
-            where = f"{least.distance:.2f} m away, closing at {least.closing_speed:.2f} m/s"
-            yield "least TTC", f"{least.ttc:.3f} s in frame {least.frame} at {least.stamp:.3f} s, {where}"
-        else:
-            yield "least TTC", "none, nothing ever closes"
-    below = f"below {summary.threshold:g} s for {summary.exposed:.2f} s (TET)"
+def print_summary(replay: Replay, console: Console) -> None:
+    """Print what a log was, what judged it, and what it came to."""
+    if replay.summary.frames:
+        for name, text in (*_said(replay), *_found(replay.summary)):
+            line(console, name, text)
+
+
+def _said(replay: Replay) -> Iterator[tuple[str, str]]:
+    """Say what the log is, and what the numbers rest on."""
+    summary, log = replay.summary, replay.log
+    yield "log", f"{summary.path}: {summary.pace}"
+    yield "time", log.clock
+    motion = getattr(log, "motion", "")
+    if motion:
+        rated = "; how the ranges change tells what closes" if replay.eyes.rated else ""
+        yield "speed", f"{motion}{rated}"
+    yield from replay.eyes.about
+    yield "criteria", ", ".join(map(str, replay.eyes.judge.criteria))
+
+
+def _found(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Say what the log comes to."""
+    least, lone = summary.least, summary.least_lone
+    where = "" if least is None else f"{least.distance:.2f} m away, closing at {least.closing_speed:.2f} m/s"
+    none = "none, nothing ever closes" if summary.told else "not known, no frame tells what comes closer"
+    yield "least TTC", f"{_when(least)}, {where}" if least else none
+    if lone is not None:
+        yield "lone", f"{frames(summary.lone)} that both neighbours contradict, such as {_when(lone)}; left out here"
+    below = f"at most {summary.threshold:g} s for {summary.exposed:.2f} s (TET) of {summary.judged:.2f} s judged"
     yield "exposure", f"{below}, integrated {summary.integrated:.2f} s\N{SUPERSCRIPT TWO} (TIT)"
-    yield "brakes", _times(summary.brakes) + (f", and warns in {frames(summary.warnings)}" if summary.warnings else "")
+    warns = f", and warns in {frames(summary.warnings)}" if summary.warnings else ""
+    yield "brakes", times(summary.brakes) + warns
     for event in summary.events[:MOST_EVENTS]:
-        begin = event.begin
-        by = f" by {begin.criterion}: {begin.value:.2f} < {begin.threshold:.3g}"
-        why = by if begin.reason is Reason.CRITERION else ""
-        until = f"{begin.stamp:.3f} to {event.end:.3f} s, {frames(event.frames)}"
-        yield "", f"frame {begin.frame}, {until}: {begin.reason.name}{why}"
+        yield "", _why(event)
     if summary.brakes > MOST_EVENTS:
         yield "", f"and {summary.brakes - MOST_EVENTS} more"
     if summary.invalid:
@@ -120,27 +151,37 @@ def _lines(summary: Summary) -> Iterator[tuple[str, str]]:
     if summary.unknown:
         yield "unknown", f"in {frames(summary.unknown)} nothing tells a closing speed; --speed does"
     if summary.stale:
-        yield "stale", f"{_times(summary.stale)} no frame came for longer than the brake waits (--sensor-timeout)"
+        gap = f"no frame came for longer than the brake waits, at most for {summary.longest_gap:.3g} s"
+        yield "stale", f"{times(summary.stale)} {gap}; --sensor-timeout says how long it waits"
     if summary.resets:
-        yield "clock", f"set back {_times(summary.resets)}; the brake began anew there"
+        yield "clock", f"set back {times(summary.resets)}; the brake began anew there"
     if summary.lost:
         yield "lost", summary.lost
 
 
-def _times(number: int) -> str:
-    return {0: "never", 1: "once"}.get(number, f"{number} times")
+def _when(row: Row) -> str:
+    return f"{row.ttc:.3f} s in frame {row.frame} at {row.stamp:.3f} s"
+
+
+def _why(event: Event) -> str:
+    """Say from when to when it brakes, and why it began."""
+    begin = event.begin
+    by = f" by {begin.criterion}: {begin.value:.2f} < {begin.threshold:.3g}"
+    why = by if begin.reason is Reason.CRITERION and math.isfinite(begin.value) else ""
+    until = f"{begin.stamp:.3f} to {event.end:.3f} s, {frames(event.frames)}"
+    return f"frame {begin.frame}, {until}: {begin.reason.name}{why}"
 
 
 def print_summaries(summaries: list[Summary], console: Console) -> None:
     """Print a table of many logs, a line each."""
-    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 2, 0, 0))
+    table = _table(MANY)
     table.add_column("log", overflow="fold")
-    for name in ("frames", "least TTC, s", "TET, s", "TIT, s\N{SUPERSCRIPT TWO}", "brakes", "invalid", "stale", "lost"):
-        table.add_column(name, justify="right")
     for each in summaries:
-        least = _number(each.least.ttc, 3) if each.least else "-"
-        numbers = (str(each.frames), least, f"{each.exposed:.2f}", f"{each.integrated:.2f}", str(each.brakes))
-        table.add_row(each.path, *numbers, str(each.invalid), str(each.stale), "yes" if each.lost else "")
+        least = "-" if each.least is None else f"{each.least.ttc:.3f}"
+        first = f"{each.events[0].begin.stamp:.2f}" if each.events else "-"
+        told = (str(each.frames), least, f"{each.exposed:.2f}", f"{each.integrated:.2f}", str(each.brakes), first)
+        lost = Text("  lost" if each.lost else "", style="bold magenta")
+        table.add_row(*told, str(each.invalid), str(each.stale), Text(each.path) + lost)
     console.print(table)
     for each in summaries:
         if each.lost:

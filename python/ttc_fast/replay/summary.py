@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 MOST_EVENTS = 1000
 UNSEEN = (Status.NO_DATA, Status.INVALID)
+GOING = (Status.CLEAR, Status.NOT_CLOSING)
+UNKNOWN = (Status.WARMING_UP, Status.LOST, Status.STALE, *UNSEEN)
+LONE = 2.0
 
 
 class Event(NamedTuple):
@@ -26,14 +29,11 @@ class Event(NamedTuple):
         Stamp of the last, s.
     frames : int
         How many.
-    least_ttc : float
-        Of them, s.
     """
 
     begin: Row
     end: float
     frames: int
-    least_ttc: float
 
 
 class Summary:
@@ -50,17 +50,23 @@ class Summary:
 
     Attributes
     ----------
-    frames, brakes, warnings, invalid, unknown : int
-        Rows; events of braking; rows that warn; rows of data that nothing could be told from; rows where nothing told
-        a closing speed.
+    frames, told, brakes, warnings, invalid, unknown, lone : int
+        Rows; rows that tell a TTC, or that nothing comes closer; events of braking; rows that warn; rows of data that
+        nothing could be told from; rows where nothing told a closing speed; lone rows.
     stale, resets : int
         Gaps between frames that are longer than the brake waits; how often the clock of the log was set back.
+    longest_gap : float
+        Of those, s.
+    judged : float
+        For how long there was a TTC, or nothing came closer, s.
     exposed : float
-        Time exposed TTC: for how long the TTC was below the threshold, s.
+        Time exposed TTC: for how long the TTC was at most the threshold, s.
     integrated : float
         Time integrated TTC: the same, times how far it was below, s^2.
     least : Row or None
-        Of least TTC, the first of them.
+        Of least TTC, the first of them; None if nothing ever closes.
+    least_lone : Row or None
+        The lone row of least TTC.
     events : list of Event
         Of braking, the first thousand.
     lost : str
@@ -68,7 +74,14 @@ class Summary:
 
     Notes
     -----
-    [Minderhoud, Bovy: Extended time-to-collision measures for road traffic safety assessment, 2001]
+    The measures are TET and TIT of [Minderhoud, Bovy: Extended time-to-collision measures for road traffic safety
+    assessment, Accident Analysis and Prevention 33, 2001, pages 89 to 97]: the sum over all rows
+    whose TTC is at most the threshold, of the time until the next row, and of that time by (threshold - TTC). Rows that
+    tell no TTC do not count (WARMING_UP, LOST, STALE, NO_DATA, INVALID), nor does the part of a gap that is longer than
+    ``longest``.
+
+    A lone row is a stray reading, as ``is_lone`` tells it: it is never the least, and counts with the lesser TTC of its
+    two neighbours.
 
     Examples
     --------
@@ -76,69 +89,123 @@ class Summary:
     >>> log = Replay(sample("scans"))
     >>> for row in log:
     ...     pass
-    >>> round(log.summary.exposed, 2), round(log.summary.integrated, 2)
-    (1.87, 1.44)
+    >>> round(log.summary.exposed, 2), round(log.summary.integrated, 2), log.summary.lone
+    (1.77, 1.35, 4)
     """
 
     def __init__(self, path: str, threshold: float, longest: float) -> None:
-        self.path, self.threshold = path, threshold
-        self.frames = self.brakes = self.warnings = self.invalid = self.unknown = self.stale = self.resets = 0
-        self.begin = self.end = math.nan
-        self.duration = self.exposed = self.integrated = 0.0
+        self.path, self.threshold, self.longest = path, threshold, longest
+        self.frames = self.brakes = self.warnings = self.invalid = self.unknown = 0
+        self.told = self.lone = self.stale = self.resets = 0
+        self.longest_gap = self.duration = self.judged = self.exposed = self.integrated = 0.0
         self.least: Row | None = None
+        self.least_lone: Row | None = None
         self.events: list[Event] = []
         self.lost = ""
-        self._longest = longest
         self._before: Row | None = None
-        self._event: Row | None = None
-        self._event_frames, self._event_least = 0, math.inf
-        self._has_moment = False
+        self._last: Row | None = None
+        self._brakes = self._has_moment = False
 
-    def add(self, row: Row) -> bool:
-        """Take in a row; tell whether its frame is the one to look at, of those so far."""
+    def add(self, row: Row) -> Row | None:
+        """Take in a row; return this one or the one before it if its frame is now the one to look at."""
         self.frames += 1
-        before, stamp, ttc = self._before, row.stamp, row.ttc
-        if before is None:
-            self.begin = stamp
-        else:
-            passed = stamp - before.stamp
-            if passed > 0.0:
-                self.duration += passed
-                if before.ttc < self.threshold:
-                    passed = min(passed, self._longest)
-                    self.exposed += passed
-                    self.integrated += passed * (self.threshold - before.ttc)
-        self._before, self.end = row, stamp
+        before, last = self._before, self._last
+        self._before, self._last = last, row
+        moment = None if last is None else self._measure(before, last, row)
         if row.status in UNSEEN:
             self.invalid += 1
         elif row.reason is Reason.NO_MOTION or not row.criterion:
             self.unknown += 1
-        least = self.least is None or ttc < self.least.ttc
-        if least:
-            self.least = row
         self._follow(row)
         if row.reason is Reason.CRITERION and not self._has_moment:
             self._has_moment = True
-            return True
-        return least and not self._has_moment
+            return row
+        return moment
+
+    def end(self) -> Row | None:
+        """Take in that there are no more; return what ``add`` does."""
+        before, last = self._before, self._last
+        self._before = self._last = None
+        return None if last is None else self._measure(before, last, None)
+
+    def _measure(self, before: Row | None, row: Row, after: Row | None) -> Row | None:
+        """Measure a row by its neighbours; return it if it is the first, or the least so far, and none has braked."""
+        passed = 0.0 if after is None else max(after.stamp - row.stamp, 0.0)
+        self.duration += passed
+        passed = min(passed, self.longest)
+        ttc = told(row)
+        if before is not None and after is not None and is_lone(before, row, after, longest=self.longest):
+            self.lone += 1
+            if self.least_lone is None or ttc < self.least_lone.ttc:
+                self.least_lone = row
+            ttc, least = min(before.ttc, after.ttc), False
+        else:
+            least = ttc < (math.inf if self.least is None else self.least.ttc)
+        if ttc == ttc:  # not NaN
+            self.told += 1
+            self.judged += passed
+        if ttc <= self.threshold:
+            self.exposed += passed
+            self.integrated += passed * (self.threshold - ttc)
+        if least:
+            self.least = row
+        return row if (least or before is None) and not self._has_moment else None
 
     def _follow(self, row: Row) -> None:
         """Follow the commands."""
-        if row.command is Command.BRAKE:
-            if self._event is None:
-                self.brakes += 1
-                self._event, self._event_frames, self._event_least = row, 0, math.inf
-                if len(self.events) < MOST_EVENTS:
-                    self.events.append(Event(row, row.stamp, 1, row.ttc))
-            self._event_frames += 1
-            self._event_least = min(self._event_least, row.ttc)
-            if self.brakes <= MOST_EVENTS and self._event is not None:
-                self.events[-1] = Event(self._event, row.stamp, self._event_frames, self._event_least)
-        else:
-            self._event = None
-            self.warnings += row.command is Command.WARN
+        brakes = row.command is Command.BRAKE
+        self.warnings += row.command is Command.WARN
+        if brakes and not self._brakes:
+            self.brakes += 1
+            if self.brakes <= MOST_EVENTS:
+                self.events.append(Event(row, row.stamp, 1))
+        elif brakes and self.brakes <= MOST_EVENTS:
+            begin, _, frames = self.events[-1]
+            self.events[-1] = Event(begin, row.stamp, frames + 1)
+        self._brakes = brakes
 
     @property
     def pace(self) -> str:
-        """How many frames a second there are, for people."""
-        return f"{(self.frames - 1) / self.duration:.3g} Hz" if self.duration > 0.0 else "1 frame"
+        """How many frames there are, and how many a second, for people."""
+        if not self.duration > 0.0:
+            return "1 frame" if self.frames == 1 else f"{self.frames} frames"
+        return f"{self.frames} frames in {self.duration:.1f} s, {(self.frames - 1) / self.duration:.3g} Hz"
+
+
+def told(row: Row) -> float:
+    """Return the TTC that a row tells, inf where nothing comes closer, and NaN where it tells nothing."""
+    if row.status in UNKNOWN or (row.status is Status.TOO_FEW and row.ttc == math.inf):
+        return math.nan
+    return row.ttc
+
+
+def is_lone(before: Row, row: Row, after: Row, *, longest: float) -> bool:
+    """Tell whether a row is contradicted by both its neighbours: a stray reading.
+
+    What really comes within the TTC of a row was as near, but for the time that passed, in the row before, and is so
+    in the row after. Where both tell more than twice that, the row stands alone. Neighbours that tell nothing, or are
+    further away than ``longest``, contradict nobody.
+
+    Parameters
+    ----------
+    before, row, after : Row
+        In the order of the log.
+    longest : float
+        s.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> from ttc_fast.replay import Replay, sample
+    >>> from ttc_fast.replay.summary import is_lone
+    >>> rows = list(Replay(sample("scans")))
+    >>> [row.frame for a, row, b in zip(rows, rows[1:], rows[2:]) if is_lone(a, row, b, longest=0.3)]
+    [8, 14, 42, 71]
+    """
+    ttc, early, late = row.ttc, row.stamp - before.stamp, after.stamp - row.stamp
+    if row.status in UNKNOWN or not (0.0 <= early <= longest and 0.0 <= late <= longest):
+        return False
+    return told(before) > LONE * (ttc + early) and told(after) > LONE * (ttc + late)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast._core import CloudTracker, DistanceTracker, SweptPath
+from ttc_fast._core import CloudTracker, DistanceTracker, Minimum, SweptPath, robust_min_x
 from ttc_fast.brake import Estimate, Motion
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import forward_left_up
@@ -18,10 +19,10 @@ from ttc_fast.status import Status
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ttc_fast._core import TrackedTTC
+    from ttc_fast._core import Gate, TrackedTTC
     from ttc_fast.brake import Decision
     from ttc_fast.brake.criteria import Scene
-    from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog
+    from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog, Lidar
     from ttc_fast.replay.settings import Settings
 
 UNSEEN = (math.nan, math.nan)
@@ -43,12 +44,15 @@ class Clouds:
         If a setting makes no sense.
     """
 
+    rated = False
+
     def __init__(self, log: CloudLog, settings: Settings) -> None:
         self._settings, self._configuration = settings, settings.configured()
-        self.lidar = log.lidar
-        self.gate = settings.gate_of(log.lidar)
         scanner = settings.of_scanner
         self.outline, self.mount = scanner.get("outline"), tuple(scanner.get("mount", (0.0, 0.0, 0.0)))
+        self.lidar = _with_bumper(log.lidar, self.outline, self.mount)
+        self.gate = settings.gate_of(self.lidar)
+        self.about = [("gate", _bounds(self.gate)), ("distance", _start(self.lidar.front_offset))]
         self.path: SweptPath | None = None
         self._restart()
 
@@ -81,7 +85,10 @@ class Clouds:
         if self.path is not None:
             data |= {"points": self.obstacles(frame.points), "stamp": stamp}
         decision, scene, _ = self.judge.decide(stamp, motion_of(frame), **data)
-        return row_of(number, stamp, tracked, frame.speed, decision, scene)
+        plain = robust_min_x(frame.points, gate=self.gate, estimator=Minimum())
+        nearest = max(plain.nearest_x - self.lidar.front_offset, 0.0)
+        row = row_of(number, stamp, tracked, frame.speed, decision, scene)
+        return row._replace(valid=plain.candidates, nearest=nearest)
 
     def obstacles(self, points: NDArray[Any]) -> NDArray[Any]:
         """Return the points at the heights of the gate, in the vehicle frame, without the vehicle's own before it."""
@@ -112,9 +119,10 @@ class Distances:
     """
 
     outline = None
+    rated = False
 
     def __init__(self, log: DistanceLog, settings: Settings) -> None:
-        del log
+        self.about = [("distance", f"column {log.column}")]
         self._tracker = DistanceTracker()
         self.judge = Judge(settings.configured(), settings.sensor_timeout)
 
@@ -129,6 +137,29 @@ class Distances:
         motion = None if frame.speed is None else Motion(frame.speed)
         decision, scene, _ = self.judge.decide(frame.stamp, motion, estimate=estimate_of(tracked, frame.stamp))
         return row_of(number, frame.stamp, tracked, frame.speed, decision, scene)
+
+
+def _with_bumper(lidar: Lidar, outline: Any, mount: Any) -> Lidar:
+    """Say how far the bumper is from the lidar, where only the outline tells."""
+    if lidar.front_offset or outline is None:
+        return lidar
+    offset = max(outline[1] - mount[0], 0.0)
+    return replace(lidar, front_offset=offset, own_reach=max(lidar.own_reach, offset))
+
+
+def _bounds(gate: Gate) -> str:
+    """Say which points count, for people."""
+    bounds = {"x": gate.x, "y": gate.y, "z": gate.z, "intensity": gate.intensity}
+    return ", ".join(f"{name} {low:g} to {high:g}" for name, bound in bounds.items() if bound for low, high in [bound])
+
+
+def _start(front_offset: float) -> str:
+    """Say where distances start, for people."""
+    if front_offset:
+        return f"from the bumper, {front_offset:g} m ahead of the lidar"
+    return (
+        "from the lidar, so TTC is too long by (lidar to bumper) / closing speed; --front-offset says how far that is"
+    )
 
 
 def estimate_of(tracked: TrackedTTC, stamp: float) -> Estimate | None:
@@ -162,7 +193,7 @@ def row_of(
         ttc_low,
         ttc_high,
         math.nan if speed is None else speed,
-        None if path is None or scene is None else scene.returns,
+        None,
         "" if decision.criterion is None else decision.criterion.name,
         decision.value,
         decision.threshold,

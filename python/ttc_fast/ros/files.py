@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.configuration import read_toml
-from ttc_fast.ros.settings import SettingError
+from ttc_fast.configuration import PARTS, Configuration, ConfigurationError, read_toml
+from ttc_fast.ros.settings import NodeSettings, SettingError
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -40,6 +40,34 @@ def read_parameters(path: str | PathLike[str]) -> dict[str, Any]:
         raise SettingError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError as error:
         raise SettingError(f"{path}: {error}") from None
+
+
+def read_configuration(path: str | PathLike[str]) -> Configuration:
+    """Read the settings of a brake from a file: a configuration, or the parameters of a node.
+
+    Parameters
+    ----------
+    path : path
+        As ``read_parameters`` takes it.
+
+    Returns
+    -------
+    Configuration
+        Of a file that has nothing but its parts, these; else what a node with these parameters brakes by.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be read, or something in it cannot be used.
+    """
+    parameters = read_parameters(path)
+    parameters.pop("dds", None)
+    try:
+        if set(parameters) <= set(PARTS):
+            return Configuration.of(parameters)
+        return NodeSettings.of(parameters).configuration()
+    except ValueError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
 
 
 def _yaml(text: str) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def parameters() -> list[Parameter]:
     'How long it brakes at least after the last frame that triggered, s.'
     """
     described = {**_described(BrakeController), **_described(NodeSettings)}
-    defaults = {each.name: each.default for each in fields(NodeSettings) if each.name != "brake"}
+    defaults = {each.name: each.default for each in fields(NodeSettings) if each.name not in ("brake", "parts")}
     signature = inspect.signature(BrakeController).parameters
     defaults |= {name: signature[name].default for name in OF_THE_CONTROLLER}
     return [Parameter(name, _plain(default), RANGES.get(name), described[name]) for name, default in defaults.items()]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.brake import BrakeController, IttcThreshold, StoppingDistance, SweptPathThreshold
-from ttc_fast.configuration import Configuration, ConfigurationError, hint
+from ttc_fast.configuration import PARTS, Configuration, ConfigurationError, hint
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 CRITERIA = ("", "ittc", "swept")
 TOPICS = ("odom_topics",)
+OF_THE_VEHICLE = ("outline", "mount")
+"""Of the table ``scan``, what the node has to know itself."""
 SCALARS = {bool: "true or false", float: "a number", str: "a text"}
 OF_THE_NODE = frozenset({"criteria", "scan", "path", "range_rate", "time_increment"})
 """Arguments of the controller that the node finds out by itself."""
@@ -83,6 +85,10 @@ class NodeSettings:
     brake : dict
         Other arguments of ``BrakeController``; as parameters they have their own names, like ``hold``.
 
+    parts : dict
+        Tables as ``ttc_fast.configuration`` has them (scan, range_rate, criteria, brake), so that the file of a replay
+        serves the node as well; they win over the parameters. The node has no use for a gate.
+
     Examples
     --------
     >>> from ttc_fast.ros.settings import NodeSettings
@@ -116,24 +122,28 @@ class NodeSettings:
     watchdog_period: float = 0.05
     diagnostics_period: float = 1.0
     brake: dict[str, Any] = field(default_factory=dict)
+    parts: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> NodeSettings:
         """Make them from plain values; those of the controller go by their own names."""
-        own = {each.name: each for each in fields(cls) if each.name != "brake"}
-        known = [*own, *OF_THE_CONTROLLER]
+        own = {each.name: each for each in fields(cls) if each.name not in ("brake", "parts")}
+        known = [*own, *OF_THE_CONTROLLER, *PARTS]
+        parts = {name: value for name, value in parameters.items() if name in PARTS}
+        scan = parts.get("scan")
+        told = {name: scan[name] for name in OF_THE_VEHICLE if name in scan} if isinstance(scan, dict) else {}
         mine: dict[str, Any] = {}
         brake: dict[str, Any] = {}
-        for name, value in parameters.items():
+        for name, value in {**parameters, **told}.items():
             if name in own:
                 mine[name] = tuple(value) if isinstance(value, list) else value
                 if name == "outline" and value is not None and len(value) == 0:
                     mine[name] = None  # a parameter of ROS 2 cannot be None
             elif name in OF_THE_CONTROLLER:
                 brake[name] = value
-            else:
+            elif name not in PARTS:
                 raise SettingError(f"there is no parameter {name!r}: {hint(name, known)}")
-        return cls(**mine, brake=brake).checked()
+        return cls(**mine, brake=brake, parts=parts).checked()
 
     def checked(self) -> NodeSettings:
         """Return these, if a node can be made of them."""
@@ -163,16 +173,17 @@ class NodeSettings:
 
     def configuration(self) -> Configuration:
         """Return the same as settings of scanner and controller."""
-        scan: dict[str, Any] = {
-            "limits": [self.min_range, self.max_range],
-            "limits_policy": self.limits_policy,
-            "mount": list(self.mount),
-        }
-        if self.outline:
-            scan["outline"] = list(self.outline)
-        settings = Configuration.of({"scan": scan, "brake": self.brake})
+        scan: dict[str, Any] = {"limits": [self.min_range, self.max_range], "limits_policy": self.limits_policy}
+        scan |= {name: list(getattr(self, name)) for name in OF_THE_VEHICLE if any(getattr(self, name) or ())}
+        settings, parts = Configuration.of({"scan": scan, "brake": self.brake}), Configuration.of(self.parts)
         rates: dict[str, Any] | None = {} if self.use_range_rate else None
-        return Configuration(settings.scan, None, rates, self.criteria(), settings.brake)
+        return Configuration(
+            scan={**settings.scan, **parts.scan},
+            gate=parts.gate,
+            range_rate=rates if parts.range_rate is None else parts.range_rate,
+            criteria=parts.criteria or self.criteria(),
+            brake={**settings.brake, **parts.brake},
+        )
 
     def criteria(self) -> tuple[Criterion, ...]:
         """Return what brakes."""

@@ -1,1 +1,0 @@
-"""Logs of point clouds through ``ttc_fast.ttc_from_clouds``."""

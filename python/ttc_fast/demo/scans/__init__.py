@@ -1,1 +1,0 @@
-"""Logs of laser scans through ``ttc_fast.ScanTTC.nearest``."""
