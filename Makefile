@@ -27,8 +27,8 @@ test: $(VENV)/.has-test ## run the tests, Rust and Python
 	$(call say,Python tests)
 	$(BIN)/pytest
 
-demo: $(VENV)/.has-demo ## time-to-collision over the simulated sample, or over a log: make demo LOG=path
-	$(call say,$(or $(LOG),the simulated approach that the package ships))
+demo: $(VENV)/.has-demo ## replay the simulated samples, or a log, through the brake: make demo LOG=path
+	$(call say,replaying $(or $(LOG),the two simulated logs that the package ships); pictures go into demo-out)
 	$(BIN)/ttc-fast demo $(if $(LOG),"$(LOG)")
 
 bench: $(VENV)/.has-bench ## measure kernels, whole Python calls beside others, and how far the goals are reached

@@ -205,3 +205,10 @@ def test_the_recorded_log_opens(data: Path) -> None:
     log = open_scans(data / "laserscan" / "breezyslam_exp1.npz")
     assert (log.frame_count, log.scanner.beams, log.scanner.range_min) == (756, 682, 0.06)
     assert log.scanner.outline is None
+
+
+def test_a_folder_of_logs_says_how_to_name_them(tmp_path: Path) -> None:
+    for name in ("two.npz", "one.npz"):
+        (tmp_path / name).write_bytes(SAMPLE.read_bytes())
+    with pytest.raises(LogError, match=r"is a folder of logs, one\.npz and others; give them by their names: .*/\*"):
+        open_log(tmp_path)

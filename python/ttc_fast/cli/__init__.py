@@ -75,6 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     for name, command in (("replay", replay), ("demo", demo), ("bench", bench), ("node", node)):
         options = commands.add_parser(
             name,
+            usage=getattr(command, "USAGE_LINE", None),
             help=command.SUMMARY,
             description=command.DESCRIPTION,
             epilog=EXIT_CODES,

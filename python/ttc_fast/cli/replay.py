@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ttc_fast.replay import Replay, Row, Settings
 
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
+USAGE_LINE = "ttc-fast replay [OPTION ...] PATH [PATH ...]"
 DESCRIPTION = f"""\
 Replay recorded logs, frame by frame, through the code that brakes on the vehicle: when would it have braked, and why?
 

@@ -114,6 +114,9 @@ def _open_folder(path: Path, recording: Recording) -> AnyLog:
         raise LogError(path, f"holds {several}; give each kind a folder of its own")
     form = found.pop() if found else None
     if form is None:
+        logs = sorted(file.name for file in path.iterdir() if file.name.lower().endswith(SUFFIXES))
+        if logs:
+            raise LogError(path, f"is a folder of logs, {logs[0]} and others; give them by their names: {path}/*")
         raise LogError(path, f"holds no frames that can be read; can read {FORMATS}; give the folder that holds them")
     return CloudFiles(path, form, recording)
 
@@ -142,3 +145,4 @@ FILES: dict[tuple[str, ...], Callable[[Path, Recording], AnyLog]] = {
     (".log", ".log.gz", ".clf", ".clf.gz"): CarmenLog,
     (".csv",): DistanceTable,
 }
+SUFFIXES = tuple(suffix for suffixes in FILES for suffix in suffixes)
