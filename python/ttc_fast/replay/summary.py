@@ -90,7 +90,7 @@ class Summary:
     >>> for row in log:
     ...     pass
     >>> round(log.summary.exposed, 2), round(log.summary.integrated, 2), log.summary.lone
-    (1.77, 1.35, 4)
+    (1.8, 1.34, 4)
     """
 
     def __init__(self, path: str, threshold: float, longest: float) -> None:
