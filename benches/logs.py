@@ -273,9 +273,8 @@ def grow(gigabytes: float, *, replayed: bool) -> None:
         if writer is not None:
             writer.close()
         seconds = time.process_time() - start
-        print(
-            f"{count} scans of {path.stat().st_size / 1e9:.2f} GB in {seconds:.1f} s of CPU time: {count / seconds:,.0f} a second"
-        )
+        size = path.stat().st_size / 1e9
+        print(f"{count} scans of {size:.2f} GB in {seconds:.1f} s of CPU time: {count / seconds:,.0f} a second")
 
 
 def main() -> None:
