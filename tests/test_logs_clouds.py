@@ -254,3 +254,42 @@ def test_the_sample_is_what_its_tool_makes() -> None:
             # Other processors round a cosine otherwise: a value may come out one step away.
             atol = [1 / 512, 1 / 512, 1 / 512, 1 / 64] if name == "points" else 1e-9
             assert np.all(np.abs(shipped[name] - array) <= atol), name
+
+
+def dump(step: int) -> bytes:
+    """Make the data of a PointCloud2 with so many bytes a point: what is beside x, y and z are integers."""
+    points = np.zeros(2000, {"names": ["x", "y", "z", "t"], "formats": ["<f4"] * 3 + ["<u4"], "itemsize": step})
+    rng = np.random.default_rng(5)
+    for name in "xyz":
+        points[name] = rng.normal(0.0, 20.0, 2000)
+    points["t"] = rng.integers(0, 10**8, 2000)
+    return points.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.bin", dump(48)),
+        ("a.bin", dump(32)),
+        ("a.bin", np.random.default_rng(1).integers(0, 2**16, 64_000).astype("<u2").tobytes()),
+        ("a.bin", np.random.default_rng(1).normal(0.0, 20.0, (2000, 5)).astype("<f4").tobytes()[:39_984]),
+        ("a.pcd.bin", dump(20)),
+        ("a.pcd.bin", b"# .PCD v0.7 - Point Cloud Data file format " * 100),
+    ],
+)
+def test_bytes_of_something_else_are_no_points(name: str, content: bytes, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(LogError, match=r"is no (KITTI|nuScenes) frame: read as rows of .* no places that a lidar sees"):
+        list(open_clouds(tmp_path / name))
+
+
+@pytest.mark.parametrize("brightest", [1.0, 255.0, 4000.0])
+def test_points_of_any_reflectance_are_points(brightest: float, tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    points = rng.normal(0.0, 30.0, (5000, 4)).astype("<f4")
+    points[:, 3] = rng.uniform(0.0, brightest, 5000)
+    points[::7, :3] = 0.0  # no return
+    points[::11, :3] = np.nan
+    (tmp_path / "a.bin").write_bytes(points.tobytes())
+    (frame,) = open_clouds(tmp_path / "a.bin")
+    np.testing.assert_array_equal(frame.points, points)

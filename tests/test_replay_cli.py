@@ -1,9 +1,11 @@
 """``ttc-fast replay``: what it writes and says, and how it ends."""
 
 import csv
+import io
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,12 +19,13 @@ import matplotlib.image
 import numpy as np
 import pyarrow.parquet
 import pytest
+from rich.console import Console
 
-from bags import Scan, drive, write
+from bags import Odom, Scan, drive, write
 from ttc_fast import Command
 from ttc_fast.cli import main
 from ttc_fast.logs import ScanLog, open_log
-from ttc_fast.replay import Replay, Row, Settings, sample
+from ttc_fast.replay import Replay, Row, Settings, sample, screen
 from ttc_fast.replay.rows_out import BATCH, CsvWriter
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.files import read_configuration, read_parameters
@@ -265,3 +268,31 @@ def test_a_config_with_a_mistake_names_it(tmp_path: Path, capsys: pytest.Capture
     (tmp_path / "car.toml").write_text("ttc_treshold = 1.0")
     assert main(["replay", SCANS, "--config", str(tmp_path / "car.toml")]) == 2
     assert "car.toml: there is no parameter 'ttc_treshold': did you mean ttc_threshold?" in capsys.readouterr().err
+
+
+def test_a_terminal_sees_the_last_rows_and_a_bar_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = io.StringIO()
+    terminal = Console(file=shown, force_terminal=True, width=100, highlight=False)
+    monkeypatch.setattr(screen, "TICK", 0.0)
+    assert len(list(screen.watch(Replay(SCANS), terminal))) == len(ROWS)
+    said = re.sub(r"\x1b\[[^a-zA-Z]*[a-zA-Z]", "", shown.getvalue())
+    assert "approach.npz" in said
+    assert f"129/{len(ROWS)}" in said
+    assert "CRITERION" in said
+
+
+def test_an_upside_down_scanner_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A wall to the right that the path turns into, seen the right way round and the other."""
+    ranges = np.full(181, 9.0, np.float32)
+    ranges[40:60] = 1.5
+    items = [
+        item
+        for i in range(20)
+        for item in (Odom(i / 40, i / 40, speed=2.0, yaw_rate=-1.5), Scan(i / 40, i / 40, ranges))
+    ]
+    path = str(write(tmp_path, "bag", items))
+    outline = ["--outline", "-0.1", "0.4", "-0.15", "0.15", "--rows", "0"]
+    assert main(["replay", path, *outline]) == 0
+    assert "brakes      once" in capsys.readouterr().out
+    assert main(["replay", path, *outline, "--upside-down"]) == 0
+    assert "brakes      never" in capsys.readouterr().out
