@@ -249,7 +249,9 @@ def test_one_file_serves_the_node_and_the_replay(text: str, tmp_path: Path) -> N
     assert isinstance(log, ScanLog)
     parameters = read_parameters(file)
     parameters.pop("dds", None)
-    node = BrakeNode(NodeSettings.of(parameters))
+    settings = NodeSettings.of(parameters)
+    assert settings.outline == (-0.1, 0.4, -0.15, 0.15)
+    node = BrakeNode(settings)
     rows = list(Replay(SCANS, Settings(read_configuration(file), {"mount": (0.0, 0.0, 0.0)})))
     assert {row.criterion for row in rows} == {"StoppingDistance", "SweptPathThreshold"}
     scanner = SimpleNamespace(**vars(log.scanner), time_increment=0.0)
