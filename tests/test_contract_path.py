@@ -163,7 +163,16 @@ def test_a_circle_that_touches_an_edge(module: Any, yaw_rate: float) -> None:
         ((0.39, 0.0), (0.0,), math.inf, -0.01, 0.0),
         ((-0.1, 0.0), (2.0,), math.inf, 0.0, -2.0),
         ((-0.1, 0.0), (-2.0,), 0.0, 0.0, 2.0),
-        ((0.2, 0.15), (2.0,), math.inf, 0.0, 0.0),
+        ((0.2, 0.15), (2.0,), 0.0, 0.0, 0.0),
+        ((0.1, 0.15), (2.0,), math.inf, 0.0, 0.0),
+        ((0.3, 0.14), (2.0,), 0.0, -0.01, 0.0),
+        ((0.3, 0.14), (-2.0,), math.inf, -0.01, 0.0),
+        ((0.0, -0.14), (2.0,), math.inf, -0.01, 0.0),
+        ((0.0, -0.14), (-2.0,), 0.0, -0.01, 0.0),
+        ((0.3, 0.0), (2.0,), 0.0, -0.1, 2.0),
+        ((0.3, 0.0), (0.0, 1.0), 0.0, -0.1, 0.0),
+        ((0.3, 0.05), (0.0, 1.0), 0.0, -0.1, 0.3),
+        ((0.3, 0.05), (0.0, -1.0), math.inf, -0.1, -0.3),
         ((0.2, 0.14), (2.0, 0.0, 0.5), 0.0, -0.01, 0.5),
         ((0.4, 0.15), (2.0,), 0.0, 0.0, 2.0),
         ((0.4, 0.15), (-2.0,), math.inf, 0.0, 0.0),
@@ -177,7 +186,7 @@ def test_contact(
     clearance: float,
     closing_speed: float,
 ) -> None:
-    """0 while the clearance shrinks, else inf: leaving, standing, sliding along."""
+    """0, unless it stands or leaves by the nearer end of its chord; whatever edge is nearest to it."""
     nearest = module.SweptPath(CAR).nearest(one(*point), *motion)
     assert (nearest.ttc, nearest.status, nearest.index) == (ttc, Status.CONTACT, 0)
     assert nearest.clearance == pytest.approx(clearance, abs=1e-15)

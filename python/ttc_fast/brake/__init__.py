@@ -3,16 +3,13 @@
 from ttc_fast.brake.command import Command, Counters, Decision, Reason
 from ttc_fast.brake.controller import BrakeController
 from ttc_fast.brake.criteria import (
-    Criterion,
     EstimateThreshold,
     IttcThreshold,
-    Judgement,
-    Looks,
     RssDistance,
-    Scene,
     StoppingDistance,
     SweptPathThreshold,
 )
+from ttc_fast.brake.scene import Criterion, Judgement, Looks, Scene
 from ttc_fast.brake.sight import Estimate, Motion, Sight, Source
 
 __all__ = [

@@ -37,6 +37,7 @@ def at_least(argument: str, value: Any, least: float, why: str) -> float:
 
 def finite(argument: str, value: Any) -> float:
     """Return ``value`` as a float, if it is a finite number."""
-    if not -math.inf < number(argument, value) < math.inf:
+    result = value if type(value) is float else number(argument, value)
+    if not -math.inf < result < math.inf:
         raise ValueError(f"{argument} must be finite, got {value}")
-    return float(value)
+    return result

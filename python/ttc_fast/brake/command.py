@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.criteria import Criterion
+    from ttc_fast.brake.scene import Criterion
     from ttc_fast.brake.sight import Sight
 
 
@@ -64,6 +64,8 @@ class Reason(IntEnum):
         There is no odometry, or it is too old, and nothing else tells a closing speed.
     OVERRIDE
         The driver took over.
+    CONTACT
+        In contact, and neither the motion nor what is commanded says which way the vehicle will go.
 
     Examples
     --------
@@ -84,6 +86,7 @@ class Reason(IntEnum):
     BLIND = 9
     NO_MOTION = 10
     OVERRIDE = 11
+    CONTACT = 12
 
 
 class Counters(NamedTuple):

@@ -6,21 +6,24 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.brake.arguments import above_zero, at_least, finite, not_negative
-from ttc_fast.brake.command import Command, Counters, Decision, Reason
+from ttc_fast.brake.answer import answer, watch
+from ttc_fast.brake.arguments import finite
+from ttc_fast.brake.command import Command
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.eyes import Eyes, Frame
 from ttc_fast.brake.memory import Memory
-from ttc_fast.brake.sight import STANDING, Estimate, Motion
-from ttc_fast.brake.votes import VoteRule
+from ttc_fast.brake.rules import Rules
+from ttc_fast.brake.sight import Estimate, Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ttc_fast import RangeRate, ScanTTC, SweptPath
-    from ttc_fast.brake.criteria import Criterion, Judgement, Scene
+    from ttc_fast.brake.command import Decision
+    from ttc_fast.brake.scene import Criterion, Judgement, Scene
 
+NO_DATA, CONTACT = Status.NO_DATA, Status.CONTACT  # the look-up of an enum's member takes longer than that of a name
 CLOCK_TOLERANCE = 0.1
 """s: how far in the future a stamp may lie, because two clocks are never the same."""
 
@@ -118,19 +121,19 @@ class BrakeController:
     ) -> None:
         self._eyes = Eyes(scan, path, range_rate, time_increment, horizon)
         self._criteria = self._eyes.check(criteria if criteria is not None else self._default())
-        self._trigger = VoteRule("trigger", trigger)
-        self._release = VoteRule("release", release)
-        self._warn_at = at_least("warn_at", warn_at, 1.0, "it multiplies the thresholds at which it brakes")
-        self._release_at = at_least("release_at", release_at, 1.0, "below 1 it would let go while a criterion triggers")
-        self._hold = not_negative("hold", hold, "s")
-        self._deceleration = above_zero("deceleration", deceleration, "m/s^2")
-        self._standstill_speed = not_negative("standstill_speed", standstill_speed, "m/s")
-        self._sensor_timeout = above_zero("sensor_timeout", sensor_timeout, "s")
-        self._motion_timeout = above_zero("motion_timeout", motion_timeout, "s")
-        self._min_returns = int(not_negative("min_returns", min_returns, "returns"))
-        if when_blind not in (Command.WARN, Command.BRAKE):
-            raise ValueError(f"when_blind must be Command.WARN or Command.BRAKE, got {when_blind!r}: blind is not safe")
-        self._when_blind = Command(when_blind)
+        self._rules = Rules(
+            trigger=trigger,
+            release=release,
+            warn_at=warn_at,
+            release_at=release_at,
+            hold=hold,
+            deceleration=deceleration,
+            standstill_speed=standstill_speed,
+            sensor_timeout=sensor_timeout,
+            motion_timeout=motion_timeout,
+            min_returns=min_returns,
+            when_blind=when_blind,
+        )
         self._memory = Memory()
 
     def _default(self) -> list[Criterion]:
@@ -195,174 +198,116 @@ class BrakeController:
         BRAKE (WAITING)
         """
         now = finite("now", now)
+        memory, rules = self._memory, self._rules
         if motion is not None:
             self._take(motion, now)
         if estimate is not None:
-            self._memory.estimate = Estimate(*estimate)
+            memory.estimate = Estimate(*estimate)
         if ranges is not None or points is not None:
-            self._look(Frame(now, finite("stamp", stamp), ranges, points, self._fresh_estimate(now)), commanded)
+            opinion = memory.fresh_estimate(now, rules.sensor_timeout)
+            self._look(Frame(now, finite("stamp", stamp), ranges, points, opinion), commanded)
         elif estimate is not None and self._eyes.only_estimates:
             self._look(Frame(now, finite("estimate.stamp", estimate.stamp), None, None, estimate), commanded)
-        return self._answer(now, override)
+        unsafe = watch(memory, rules, now)
+        if unsafe is not None and rules.brakes_blind:
+            memory.brake(now, None)
+        return answer(memory, rules, now, unsafe, override)
 
     def _take(self, motion: Motion, now: float) -> None:
         """Remember the newest odometry."""
+        motion = motion if type(motion) is Motion else Motion(*motion)
         speed, yaw_rate, lateral_speed, stamp = motion
         stamp = now if stamp is None else finite("motion.stamp", stamp)
         if not math.isfinite(speed + yaw_rate + lateral_speed):
             for name, value in (("speed", speed), ("yaw_rate", yaw_rate), ("lateral_speed", lateral_speed)):
                 finite(f"motion.{name}", value)
         if self._memory.motion_at <= stamp <= now + CLOCK_TOLERANCE:
-            self._memory.motion = Motion(speed, yaw_rate, lateral_speed, stamp)
+            self._memory.motion = motion
             self._memory.motion_at = stamp
 
     def _look(self, frame: Frame, commanded: Motion | float | None) -> None:
         """Judge a frame, count its votes, and begin or end braking."""
-        memory = self._memory
-        if not memory.frame_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
+        memory, rules = self._memory, self._rules
+        now, stamp = frame.now, frame.stamp
+        if not memory.frame_at < stamp <= now + CLOCK_TOLERANCE:
             memory.ignored += 1
             return
         memory.frames += 1
-        memory.frame_at = frame.stamp
-        motion = self._fresh_motion(frame.now)
+        memory.frame_at = stamp
+        motion = memory.fresh_motion(now, rules.motion_timeout)
         scene = self._eyes.look(frame, motion)
-        blind = scene.status is Status.NO_DATA or scene.returns < self._min_returns
+        blind = scene.status is NO_DATA or scene.returns < rules.min_returns
         if blind:
             memory.blind += 1
         else:
-            memory.seen_at = frame.stamp
+            memory.seen_at = stamp
         if blind or not scene.judged:
-            memory.clears = self._release.cast(memory.clears, False)
+            memory.clears = rules.release.cast(memory.clears, False)
             return
-        memory.judged_at = frame.stamp
+        memory.judged_at = stamp
         memory.criterion, memory.judgement = self._worst(scene)
-        clear = self._is_clear(memory.judgement)
+        memory.rests_in_contact = False
+        if scene.status is CONTACT:
+            motion = self._in_contact(frame, motion, wish_of(commanded))
+        value, threshold, _ = memory.judgement
+        clear = value >= rules.release_at * threshold
         if clear and memory.braking:
-            clear = self._would_be_clear(frame, motion, commanded)
-        self._vote(frame.now, triggered=memory.judgement.triggers, clear=clear, motion=motion)
+            clear = self._would_be_clear(frame, motion, wish_of(commanded))
+        triggered = value < threshold
+        memory.triggers = rules.trigger.cast(memory.triggers, triggered)
+        memory.clears = rules.release.cast(memory.clears, clear)
+        if triggered or memory.braking:
+            self._count(now, triggered, motion)
 
-    def _vote(self, now: float, *, triggered: bool, clear: bool, motion: Motion | None) -> None:
-        """Count the votes of a frame, and begin or end braking when they carry."""
+    def _in_contact(self, frame: Frame, motion: Motion | None, wish: Motion | None) -> Motion | None:
+        """Judge what is commanded as well, as long as nothing brakes yet; give the motion that decided."""
         memory = self._memory
-        memory.triggers = self._trigger.cast(memory.triggers, triggered)
-        memory.clears = self._release.cast(memory.clears, clear)
-        if triggered and (memory.braking or self._trigger.carried(memory.triggers)):
-            self._brake(now, motion)
-        elif memory.braking and self._release.carried(memory.clears) and now - memory.triggered_at >= self._hold:
+        memory.rests_in_contact = not (moves(motion) or moves(wish))
+        if wish is None or memory.braking:
+            return motion
+        criterion, judgement = self._worst(self._eyes.look_along(frame, wish))
+        if not judgement.tighter(memory.judgement):
+            return motion
+        memory.criterion, memory.judgement = criterion, judgement
+        return wish
+
+    def _count(self, now: float, triggered: bool, motion: Motion | None) -> None:
+        """Begin or end braking when the votes carry."""
+        memory, rules = self._memory, self._rules
+        if triggered:
+            if memory.braking or rules.trigger.carried(memory.triggers):
+                memory.brake(now, motion)
+        elif rules.release.carried(memory.clears) and now - memory.triggered_at >= rules.hold:
             memory.braking = False
             memory.triggers = 0
 
-    def _brake(self, now: float, motion: Motion | None) -> None:
-        """Begin to brake, or begin the hold time again."""
-        memory = self._memory
-        memory.triggered_at = now
-        memory.clears = 0
-        if not memory.braking:
-            memory.braking = True
-            memory.braked_from = motion or memory.motion or STANDING
-
     def _worst(self, scene: Scene) -> tuple[Criterion, Judgement]:
         """Judge by every criterion: the one nearest to its threshold, or beyond it by most."""
-        worst, says = self._criteria[0], self._criteria[0].judge(scene)
-        for criterion in self._criteria[1:]:
+        worst, *others = self._criteria
+        says = worst.judge(scene)
+        for criterion in others:
             judgement = criterion.judge(scene)
             if judgement.tighter(says):
                 worst, says = criterion, judgement
         return worst, says
 
-    def _is_clear(self, judgement: Judgement) -> bool:
-        return judgement.value >= self._release_at * judgement.threshold
-
-    def _would_be_clear(self, frame: Frame, motion: Motion | None, commanded: Motion | float | None) -> bool:
+    def _would_be_clear(self, frame: Frame, motion: Motion | None, wish: Motion | None) -> bool:
         """Whether a braked vehicle sees nothing on what it would go on with: being slow is not being safe."""
-        onward = self._onward(motion, commanded)
-        return onward is None or self._is_clear(self._worst(self._eyes.look_along(frame, onward))[1])
+        onward = wish if wish is not None else self._onward(motion)
+        if onward is None:
+            return True
+        _, (value, threshold, _) = self._worst(self._eyes.look_along(frame, onward))
+        return value >= self._rules.release_at * threshold
 
-    def _onward(self, motion: Motion | None, commanded: Motion | float | None) -> Motion | None:
-        """Return what a vehicle would go on with if it were released."""
-        if commanded is not None:
-            return commanded if isinstance(commanded, Motion) else Motion(finite("commanded", commanded))
+    def _onward(self, motion: Motion | None) -> Motion | None:
+        """Return what a vehicle would go on with if it were released and nothing is commanded."""
         if motion is None:
             return None  # the range rate has judged what there is to judge
         before = self._memory.braked_from
-        if motion.speed == 0.0 or abs(motion.speed) < self._standstill_speed:
+        if motion.speed == 0.0 or abs(motion.speed) < self._rules.standstill_speed:
             return before
         faster = max(abs(before.speed / motion.speed), 1.0)  # the way it is on, at the speed it braked from
         return Motion(motion.speed * faster, motion.yaw_rate * faster, motion.lateral_speed * faster)
-
-    def _fresh_motion(self, now: float) -> Motion | None:
-        return self._memory.motion if now - self._memory.motion_at <= self._motion_timeout else None
-
-    def _watch(self, now: float) -> Reason | None:
-        """Return why what was seen is not enough to be safe, if so."""
-        memory = self._memory
-        if memory.frame_at == -math.inf:
-            return Reason.WAITING
-        oldest = now - self._sensor_timeout
-        if memory.frame_at < oldest:
-            return Reason.STALE
-        if memory.seen_at < oldest:
-            return Reason.BLIND
-        return Reason.NO_MOTION if memory.judged_at < oldest else None
-
-    def _answer(self, now: float, override: bool) -> Decision:
-        """Put the command and its reason together."""
-        memory = self._memory
-        unsafe = self._watch(now)
-        if unsafe is not None and self._when_blind is Command.BRAKE:
-            self._brake(now, None)
-        if override:
-            command, reason = Command.NONE, Reason.OVERRIDE
-        elif unsafe is not None:
-            command, reason = (Command.BRAKE if memory.braking else Command.WARN), unsafe
-        elif memory.braking:
-            command, reason = Command.BRAKE, self._why_braking(now)
-        else:
-            command, reason = self._why_not_braking()
-        judged = memory.judgement
-        return Decision(
-            command,
-            reason,
-            self._deceleration if command is Command.BRAKE else 0.0,
-            self._speed_limit(command),
-            memory.criterion,
-            judged.value,
-            judged.threshold,
-            judged.sight,
-            now,
-            Counters(
-                memory.frames, memory.ignored, memory.blind, memory.triggers.bit_count(), memory.clears.bit_count()
-            ),
-        )
-
-    def _why_braking(self, now: float) -> Reason:
-        if self._memory.judgement.triggers:
-            return Reason.CRITERION
-        motion = self._fresh_motion(now)
-        stands = motion is not None and abs(motion.speed) < self._standstill_speed
-        return Reason.STANDSTILL if stands else Reason.HOLD
-
-    def _why_not_braking(self) -> tuple[Command, Reason]:
-        judged = self._memory.judgement
-        if judged.triggers:
-            return Command.WARN, Reason.VOTING
-        if judged.value < self._warn_at * judged.threshold:
-            return Command.WARN, Reason.NEAR
-        in_contact = judged.sight is not None and judged.sight.status is Status.CONTACT
-        return Command.NONE, Reason.ESCAPE if in_contact else Reason.CLEAR
-
-    def _speed_limit(self, command: Command) -> float:
-        """Return the speed at which the criterion would brake, were all else the same."""
-        judged = self._memory.judgement
-        if command is Command.BRAKE:
-            return 0.0
-        if command is Command.NONE or judged.sight is None or not judged.threshold > 0.0:
-            return math.inf
-        return abs(judged.sight.closing_speed) * judged.value / judged.threshold
-
-    def _fresh_estimate(self, now: float) -> Estimate | None:
-        estimate = self._memory.estimate
-        return estimate if estimate is not None and now - estimate.stamp <= self._sensor_timeout else None
 
     def state(self) -> dict[str, Any]:
         """Return everything remembered, to go on from later.
@@ -410,3 +355,15 @@ class BrakeController:
         except (KeyError, TypeError):
             raise TypeError("state must be what a BrakeController's state() returned") from None
         self._memory = memory
+
+
+def wish_of(commanded: Motion | float | None) -> Motion | None:
+    """Return what is commanded as a motion."""
+    if commanded is None or isinstance(commanded, Motion):
+        return commanded
+    return Motion(finite("commanded", commanded))
+
+
+def moves(motion: Motion | None) -> bool:
+    """Whether a motion goes anywhere."""
+    return motion is not None and any(motion[:3])

@@ -8,129 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, ClassVar
 
 from ttc_fast._core import rss_longitudinal_distance, stopping_distance
 from ttc_fast.brake.arguments import above_zero, not_negative
+from ttc_fast.brake.scene import NOTHING, Criterion, Judgement, Looks
 
 if TYPE_CHECKING:
+    from ttc_fast.brake.scene import Scene
     from ttc_fast.brake.sight import Sight
-    from ttc_fast.status import Status
-
-
-class Scene(NamedTuple):
-    """All that is seen at the time of a decision. What nobody looked for, or could see, is None.
-
-    Attributes
-    ----------
-    speed : float or None
-        Of the vehicle over ground, m/s, without sign; None without odometry.
-    beams : Sight or None
-        The nearest by iTTC.
-    path : Sight or None
-        The nearest on the way of the outline.
-    estimate : Sight or None
-        The second opinion.
-    sure : bool
-        Whether the second opinion is sure that something comes closer: its interval does not reach infinity.
-    returns : int
-        Valid readings or points.
-    status : Status
-        Of the frame: NO_DATA when nothing valid was seen.
-    judged : bool
-        Whether something told the closing speeds.
-    """
-
-    speed: float | None
-    beams: Sight | None
-    path: Sight | None
-    estimate: Sight | None
-    sure: bool
-    returns: int
-    status: Status
-    judged: bool
-
-
-class Judgement(NamedTuple):
-    """What a criterion compares: it triggers when ``value < threshold``.
-
-    Attributes
-    ----------
-    value, threshold : float
-        In the criterion's unit.
-    sight : Sight or None
-        What it looked at.
-    """
-
-    value: float
-    threshold: float
-    sight: Sight | None
-
-    @property
-    def triggers(self) -> bool:
-        """Whether it is time to brake."""
-        return self.value < self.threshold
-
-    def tighter(self, other: Judgement) -> bool:
-        """Whether it is nearer to its threshold than the other to its own, or beyond it by more."""
-        return self.value * other.threshold < other.value * self.threshold
-
-
-class Looks(Enum):
-    """What a criterion has to be shown."""
-
-    BEAMS = "beams"
-    """The nearest by iTTC."""
-    PATH = "path"
-    """The nearest on the way of the outline."""
-    NEAREST = "nearest"
-    """What is on the way where there is an outline, else the nearest by iTTC."""
-    ESTIMATE = "estimate"
-    """The second opinion alone."""
-
-
-class Criterion(Protocol):
-    """What a controller asks of a criterion. One's own may be anything that has these.
-
-    Attributes
-    ----------
-    name, unit : str
-        For people.
-    looks : Looks
-        What has to be computed for it.
-    """
-
-    name: ClassVar[str]
-    unit: ClassVar[str]
-    looks: ClassVar[Looks]
-
-    def judge(self, scene: Scene) -> Judgement:
-        """Compare what is seen with the threshold.
-
-        Parameters
-        ----------
-        scene : Scene
-            What is seen.
-
-        Returns
-        -------
-        Judgement
-
-        Examples
-        --------
-        >>> from ttc_fast import IttcThreshold, Status
-        >>> from ttc_fast.brake import Scene, Sight, Source
-        >>> sight = Sight(Source.BEAMS, 1.2, Status.CLOSING, 7, 0.0, 6.0, 6.0, 5.0, 0.0)
-        >>> scene = Scene(5.0, sight, None, None, False, 100, Status.CLOSING, True)
-        >>> IttcThreshold(1.5).judge(scene).triggers
-        True
-        """
-        ...
-
-
-NOTHING = Judgement(math.inf, 0.0, None)
-"""What there is to say where nothing is to be judged."""
 
 
 @dataclass(frozen=True)

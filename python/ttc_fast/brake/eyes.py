@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import copy
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import RangeRate, ScanSweptPath, ScanTTC, SweptPath
 from ttc_fast.brake.arguments import finite
-from ttc_fast.brake.criteria import Looks, Scene
+from ttc_fast.brake.scene import Looks, Scene
 from ttc_fast.brake.sight import STANDING, Sight, Source
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from ttc_fast.brake.criteria import Criterion
+    from ttc_fast.brake.scene import Criterion
     from ttc_fast.brake.sight import Estimate, Motion
 
 
-class Frame(NamedTuple):
+@dataclass(slots=True)
+class Frame:
     """What is to be looked at."""
 
     now: float
@@ -29,6 +31,7 @@ class Frame(NamedTuple):
     estimate: Estimate | None
 
 
+PATH = Source.PATH  # the look-up of an enum's member takes longer than that of a name
 CANNOT_TELL = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
 """What a range rate says while it knows none."""
 
@@ -62,11 +65,8 @@ class Eyes:
         self._range_rate = range_rate
         self._time_increment = finite("time_increment", time_increment)
         self._wants_beams = self._wants_path = True
-
-    @property
-    def only_estimates(self) -> bool:
+        self.only_estimates = scan is None and path is None
         """Whether there is nothing to look with but what others estimate."""
-        return self._scan is None and self._path is None
 
     @property
     def sees_path(self) -> bool:
@@ -112,20 +112,22 @@ class Eyes:
         """Look at a frame as a vehicle that moves so."""
         beams = path = None
         seen: Any = None
+        speed, yaw_rate, lateral_speed, _ = motion
+        over_ground = math.hypot(speed, lateral_speed)
         if frame.points is not None:
-            seen = self._points_reader().nearest(frame.points, *motion[:3])
-            path = self._on_the_way(
-                frame, motion, seen, seen.index, math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
-            )
+            seen = self._points_reader().nearest(frame.points, speed, yaw_rate, lateral_speed)
+            angle, distance = math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
+            path = on_the_way(seen, seen.index, angle, distance, over_ground, frame.now - frame.stamp)
         else:
             reader = self._ranges_reader()
             if self._wants_beams:
-                seen = reader.nearest(frame.ranges, *motion[:3])
+                seen = reader.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
                 beams = self._sight(Source.BEAMS, frame, seen)
             if self._wants_path and self._scan_path is not None:
-                seen = self._scan_path.nearest(frame.ranges, *motion[:3])
-                path = self._on_the_way(frame, motion, seen, seen.beam, seen.angle, seen.range)
-        return Scene(motion.over_ground, beams, path, *second_opinion(frame), seen.counts.valid, seen.status, True)
+                seen = self._scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
+                path = on_the_way(seen, seen.beam, seen.angle, seen.range, over_ground, self._age(frame, seen.beam))
+        estimate, sure = (None, False) if frame.estimate is None else second_opinion(frame)
+        return Scene(over_ground, beams, path, estimate, sure, seen.counts.valid, seen.status, True)
 
     def _estimate_alone(self, frame: Frame) -> Scene:
         """Take the estimate for all there is to see."""
@@ -139,18 +141,13 @@ class Eyes:
 
     def _sight(self, source: Source, frame: Frame, seen: Any) -> Sight:
         """Return the nearest beam at the time of the decision."""
-        beam, closing = seen.beam, seen.closing_speed
-        age = frame.now - frame.stamp - max(beam, 0) * self._time_increment
+        closing, age = seen.closing_speed, self._age(frame, seen.beam)
         ttc, clearance = max(seen.ttc - age, 0.0), max(seen.clearance - max(closing, 0.0) * age, 0.0)
-        return Sight(source, ttc, seen.status, beam, seen.angle, seen.range, clearance, closing, age)
+        return Sight(source, ttc, seen.status, seen.beam, seen.angle, seen.range, clearance, closing, age)
 
-    def _on_the_way(self, frame: Frame, motion: Motion, seen: Any, index: int, angle: float, distance: float) -> Sight:
-        """Return what will be touched first, at the time of the decision; its clearance is what is left of the way."""
-        age = frame.now - frame.stamp - (0.0 if frame.ranges is None else max(index, 0) * self._time_increment)
-        ttc, speed = max(seen.ttc - age, 0.0), motion.over_ground
-        return Sight(
-            Source.PATH, ttc, seen.status, index, angle, distance, speed * ttc if speed > 0.0 else math.inf, speed, age
-        )
+    def _age(self, frame: Frame, beam: int) -> float:
+        """Return how old a beam is at the time of the decision, s."""
+        return frame.now - frame.stamp - (beam * self._time_increment if beam > 0 else 0.0)
 
     def _ranges_reader(self) -> ScanTTC:
         if self._scan is None:
@@ -171,6 +168,13 @@ class Eyes:
         if type(state) is not type(self._range_rate):
             raise TypeError("state is of a controller with another range_rate")
         self._range_rate = copy.deepcopy(state)
+
+
+def on_the_way(seen: Any, index: int, angle: float, distance: float, speed: float, age: float) -> Sight:
+    """Return what will be touched first, at the time of the decision; its clearance is what is left of the way."""
+    ttc = seen.ttc - age
+    ttc = ttc if ttc > 0.0 else 0.0
+    return Sight(PATH, ttc, seen.status, index, angle, distance, speed * ttc if speed > 0.0 else math.inf, speed, age)
 
 
 def second_opinion(frame: Frame) -> tuple[Sight | None, bool]:

@@ -6,15 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ttc_fast.brake.criteria import NOTHING
+from ttc_fast.brake.scene import NOTHING
 from ttc_fast.brake.sight import STANDING
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.criteria import Criterion, Judgement
+    from ttc_fast.brake.scene import Criterion, Judgement
     from ttc_fast.brake.sight import Estimate, Motion
 
 
-@dataclass
+@dataclass(slots=True)
 class Memory:
     """See the attributes; times are stamps, s, and -inf before the first."""
 
@@ -35,6 +35,8 @@ class Memory:
     """The one that was nearest to its threshold in the newest frame, or beyond it by most."""
     judgement: Judgement = NOTHING
     """What it said."""
+    rests_in_contact: bool = False
+    """Whether something was inside the outline then, and nothing said which way the vehicle will go."""
 
     braking: bool = False
     """Whether it brakes."""
@@ -53,3 +55,20 @@ class Memory:
     """How many had a stamp that was not newer, or lay in the future."""
     blind: int = 0
     """How many had too few returns."""
+
+    def brake(self, now: float, motion: Motion | None) -> None:
+        """Begin to brake, or begin the hold time again."""
+        self.triggered_at = now
+        self.clears = 0
+        if not self.braking:
+            self.braking = True
+            self.braked_from = motion or self.motion or STANDING
+
+    def fresh_motion(self, now: float, timeout: float) -> Motion | None:
+        """Return the newest odometry, unless it is too old."""
+        return self.motion if now - self.motion_at <= timeout else None
+
+    def fresh_estimate(self, now: float, timeout: float) -> Estimate | None:
+        """Return the newest second opinion, unless it is too old."""
+        estimate = self.estimate
+        return estimate if estimate is not None and now - estimate.stamp <= timeout else None

@@ -79,12 +79,33 @@ class Sweep:
         """Time until each point hits the vehicle, s.
 
         Of a point outside, the time of its first entry, infinite where that is not within the horizon. Of a point in
-        contact, 0 if its clearance shrinks, else infinite.
+        contact 0, unless it stands or is on its way out.
         """
         _, closing_speed = self.approach(x, y)
+        deeper = np.where(self.is_inside(x, y), self._deepens(x, y), closing_speed > 0)
         entry = self._entry(x, y)
         entry[~(entry <= self._horizon)] = np.inf
-        return np.where(contact, np.where(closing_speed > 0, 0.0, np.inf), entry)
+        return np.where(contact, np.where(deeper, 0.0, np.inf), entry)
+
+    def _deepens(self, x: Doubles, y: Doubles) -> Bools:
+        """Whether each point inside goes deeper.
+
+        It moves along a chord of the outline. It goes deeper if the end that it comes from is no farther than the one
+        that it goes to. One that stands does not.
+        """
+        depths, rates = self._edges(x, y)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            came = np.where(rates > 0, depths / rates, np.inf).min(axis=0)
+            leaves = np.where(rates < 0, depths / (0.0 - rates), np.inf).min(axis=0)
+        deepens: Bools = (came < np.inf) & (came <= leaves)
+        return deepens
+
+    def _edges(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
+        """From each point inside to each edge, m, and how fast that grows, m/s; shape (4, N)."""
+        edge = self._outline
+        vx, vy = self._velocity(x, y)
+        depths = np.array([edge.x_front - x, x - edge.x_rear, edge.y_left - y, y - edge.y_right])
+        return depths, np.array([0.0 - vx, vx, 0.0 - vy, vy])
 
     def approach(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
         """Clearance of each point, m, negative inside; and how fast it shrinks, m/s.
@@ -94,8 +115,7 @@ class Sweep:
         edge = self._outline
         vx, vy = self._velocity(x, y)
         with np.errstate(invalid="ignore", over="ignore"):
-            depths = np.array([edge.x_front - x, x - edge.x_rear, edge.y_left - y, y - edge.y_right])
-            rates = np.array([0.0 - vx, vx, 0.0 - vy, vy])
+            depths, rates = self._edges(x, y)
             depth = depths.min(axis=0)
             inward = np.where(depths == depth, rates, -np.inf).max(axis=0)
 

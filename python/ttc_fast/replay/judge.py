@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ttc_fast.brake import EstimateThreshold, IttcThreshold, Motion, Reason, StoppingDistance, SweptPathThreshold
-from ttc_fast.brake.criteria import NOTHING, Criterion, Looks
+from ttc_fast.brake.scene import NOTHING, Criterion, Looks
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from ttc_fast._core import ScanTTC
     from ttc_fast.brake import BrakeController, Decision
-    from ttc_fast.brake.criteria import Judgement, Scene
+    from ttc_fast.brake.scene import Judgement, Scene
     from ttc_fast.configuration import Configuration
 
 SET_BACK = 1.0

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from ttc_fast._core import Gate, TrackedTTC
     from ttc_fast.brake import Decision
-    from ttc_fast.brake.criteria import Scene
+    from ttc_fast.brake.scene import Scene
     from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog, Lidar
     from ttc_fast.replay.settings import Settings
 

@@ -48,9 +48,11 @@ use ttc_fast_core::scan::{Motion, Outline};
 /// as omega goes to 0. A static world is assumed, and that speed and yaw rate stay as they are.
 ///
 /// The edges belong to the outline, and so does what passes them closer than 1e-11 of the way that points may come from
-/// (about a nanometre on the road): touching is entering. A point that is inside now is in contact. It has time 0 if its
-/// clearance shrinks, that is if it gets farther from the edge that it is nearest to, and inf if not: while it is left, or
-/// slid along, or while nothing moves. Of edges equally near, the one that it gets away from fastest decides.
+/// (about a nanometre on the road): touching is entering. A point that is inside now is in contact. In its present direction
+/// it moves along a chord of the outline. It has time inf if the end that it goes to is nearer than the one that it comes
+/// from, which is the way out, or if it stands; else 0, however deep inside it is. Its clearance is that to the nearest
+/// edge, negative, and its closing speed says how fast that shrinks; of edges equally near, the one that it gets away from
+/// fastest decides.
 ///
 /// Points are what is to be avoided: the road is to be cut from a lidar cloud first. A z is only read to see which points are
 /// valid: rows with a non-finite x, y or z, and rows that are exactly 0 (a driver's no-return), never count.

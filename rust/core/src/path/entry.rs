@@ -95,12 +95,14 @@ impl Sweep {
     }
 
     /// Time until a point hits the vehicle, s: of its first entry, infinite where that is not within the horizon. Of a
-    /// point in contact 0 if its clearance shrinks, else infinite.
+    /// point in contact 0, unless it stands or is on its way out.
     ///
     /// A point in the outline is in contact, and so is one that `touches` by another measure.
     pub(crate) fn ttc(&self, point: [f64; 2], touches: bool) -> f64 {
-        if touches || self.is_inside(point) {
-            return if self.approach(point).closing_speed > 0.0 { 0.0 } else { f64::INFINITY };
+        let inside = self.is_inside(point);
+        if inside || touches {
+            let deeper = if inside { self.deepens(point) } else { self.approach(point).closing_speed > 0.0 };
+            return if deeper { 0.0 } else { f64::INFINITY };
         }
         let t = self.entry(point);
         if t <= self.horizon { t } else { f64::INFINITY }
