@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import argparse
-import math
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
-from benches.closed_loop.drive import Drive, drive
+from benches.closed_loop.drive import Drive, drives
+from benches.closed_loop.table import gone_wrong, kinds, needless, table
+from benches.document import replace
+from benches.table import console
 from ttc_fast import IttcThreshold, StoppingDistance, SweptPathThreshold
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from benches.table import Report
 
+DEFAULT = "default"
 SETTINGS: dict[str, dict[str, Any]] = {
-    "default": {},
-    "IttcThreshold(1.5)": {"criteria": [IttcThreshold(1.5)]},
-    "IttcThreshold(0.5)": {"criteria": [IttcThreshold(0.5)]},
+    DEFAULT: {},
+    "default, 2 of 3": {"trigger": (2, 3)},
+    "default, 1 of 1": {"trigger": (1, 1)},
     "SweptPathThreshold(1.5)": {"criteria": [SweptPathThreshold(1.5)]},
     "StoppingDistance()": {"criteria": [StoppingDistance()]},
-    "default, 1 of 1": {"trigger": (1, 1)},
+    "IttcThreshold(1.5)": {"criteria": [IttcThreshold(1.5)]},
+    "IttcThreshold(0.5)": {"criteria": [IttcThreshold(0.5)]},
 }
 """What is compared; ``{}`` is the controller as it comes."""
 
@@ -34,56 +36,47 @@ def main() -> None:
     """Run what the command line asks for."""
     parser = argparse.ArgumentParser(prog="python -m benches.closed_loop", description=__doc__)
     parser.add_argument("--runs", type=int, default=10_000, help="drives of the default (default %(default)s)")
-    parser.add_argument("--others", type=int, default=2_000, help="drives of each other setting (default %(default)s)")
+    parser.add_argument("--others", type=int, default=2_000, help="of them with every setting (default %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of all drives (default %(default)s)")
+    parser.add_argument(
+        "--held-out", type=int, default=0, help="drives of the default with the next seed (default none)"
+    )
     parser.add_argument("--processes", type=int, help="default: as many as there are processors")
-    arguments = parser.parse_args()
-    console = Console()
-    console.print(f"seed {arguments.seed}: drive i is np.random.default_rng([{arguments.seed}, i])")
-    columns = ("setting", "drives", "possible", "collisions", "false stops", "cautious", "earliest", "latest", "room")
-    table = Table(*columns)
-    by_kind = Table("kind", "drives", "possible", "collisions", "unavoidable", "false stops", "cautious")
-    with ProcessPoolExecutor(arguments.processes) as pool:
-        for name, settings in SETTINGS.items():
-            runs = range(arguments.runs if not settings else arguments.others)
-            job = partial(drive, arguments.seed, **settings)
-            drives = list(track(pool.map(job, runs, chunksize=20), name, len(runs), console=console))
-            table.add_row(name, *summary(drives))
-            if not settings:
-                for kind in dict.fromkeys(each.kind for each in drives):
-                    by_kind.add_row(kind, *of_kind([each for each in drives if each.kind == kind]))
-                tell(console, drives)
-    console.print(table, by_kind)
+    parser.add_argument("--markdown", type=Path, help="a document to put the tables into, such as docs/braking.md")
+    chosen = parser.parse_args()
+    reports, remarks = [], []
+    with ProcessPoolExecutor(chosen.processes) as pool:
+        seeds = [(chosen.seed, chosen.runs, chosen.others), (chosen.seed + 1, chosen.held_out, 0)]
+        for seed, runs, others in seeds[: 2 if chosen.held_out else 1]:
+            made, said = of_seed(pool, seed, runs, others)
+            reports += made
+            remarks += said
+    for report in reports:
+        console().print(report.rich())
+    for remark in remarks:
+        console().print(remark)
+    if chosen.markdown:
+        parts = [*(each.markdown() for each in reports), *(f"- {remark}" for remark in remarks), ""]
+        replace(chosen.markdown, "python -m benches.closed_loop", "\n".join(parts))
 
 
-def summary(drives: Sequence[Drive]) -> list[str]:
-    """One row: earliest and latest brake as time before the collision there would have been, and the room left."""
-    early = [each.hits_without - each.braked_at for each in drives if each.possible and each.braked_at < math.inf]
-    room = [each.margin for each in drives if each.possible and not math.isnan(each.margin)]
-    return [
-        str(len(drives)),
-        str(sum(each.possible for each in drives)),
-        str(sum(each.crashed for each in drives)),
-        str(sum(each.false_stop for each in drives)),
-        str(sum(each.needless and each.cause for each in drives)),
-        f"{max(early, default=math.nan):.2f} s",
-        f"{min(early, default=math.nan):.2f} s",
-        f"{np.min(room, initial=math.inf):.2f} m",
-    ]
-
-
-def of_kind(drives: Sequence[Drive]) -> list[str]:
-    """One row of a kind of scenario."""
-    unavoidable = sum(each.collided and not each.possible for each in drives)
-    counts = [each.strip() for each in summary(drives)[:5]]
-    return [*counts[:3], str(unavoidable), *counts[3:]]
-
-
-def tell(console: Console, drives: Sequence[Drive]) -> None:
-    """Name every drive that went wrong, to look at it again."""
-    for each in drives:
-        if each.crashed or each.false_stop:
-            console.print(f"{'crash' if each.crashed else 'false stop'}: {each}")
+def of_seed(pool: ProcessPoolExecutor, seed: int, runs: int, others: int) -> tuple[list[Report], list[str]]:
+    """Drive every scenario of a seed, the first ones with every setting: tables, and what there is to say."""
+    results: dict[str, list[Drive]] = {name: [] for name in (SETTINGS if others else [DEFAULT])}
+    every, default = range(min(others, runs)), range(min(others, runs), runs)
+    for part, settings in ((every, SETTINGS), (default, {DEFAULT: SETTINGS[DEFAULT]})):
+        job = partial(drives, seed, each=list(settings.values()))
+        for made in track(pool.map(job, part, chunksize=20), f"seed {seed}", len(part), transient=True):
+            for name, each in zip(settings, made, strict=True):
+                results[name].append(each)
+    first = f"Seed {seed}"
+    reports = [table(f"{first}: the default", "kind", kinds(results[DEFAULT]))]
+    if others:
+        first_ones = {name: each[:others] for name, each in results.items()}
+        reports.append(table(f"{first}: every setting, on the same drives", "setting", first_ones))
+    said = gone_wrong(results[DEFAULT])
+    found = "; ".join(said) if said else "no collision where braking was possible, and no false stop"
+    return reports, [f"{first}, {runs} drives of the default: {found}.", f"{first}: {needless(results[DEFAULT])}"]
 
 
 if __name__ == "__main__":

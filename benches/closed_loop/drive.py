@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from benches.closed_loop.car import BODY, Brake, Pose, slowed, step
 from benches.closed_loop.scenarios import Scenario, scenario
 from benches.closed_loop.world import seen_from, touch
 from ttc_fast import BrakeController, Command, Motion
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 MARGIN = 0.05
 """What the outline of the controller is larger than the body, on each side, m."""
@@ -22,6 +25,20 @@ PHYSICS = 0.0125
 """Step of the simulation, s."""
 FUTURE = np.arange(0.0, 3.0, 0.04)
 """Steps of the true prediction, s."""
+CLEAR = 1.25
+"""At this multiple of every threshold, or more, a frame is clear to the controller as it comes."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a drive comes to without a brake, which no controller has a part in."""
+
+    hits: float
+    """When it hits something, s; infinite if never."""
+    nearest: float
+    """The least that the true TTC ever was, as a multiple of the threshold of the default criteria."""
+    possible: bool
+    """Whether it hits something that a brake at the first chance, after all delays, would have prevented."""
 
 
 @dataclass(frozen=True)
@@ -30,18 +47,13 @@ class Drive:
 
     run: int
     kind: str
-    hits_without: float
-    """When it would have hit something without a brake, s; infinite if never."""
-    warned_by: float
-    """When what it would have hit first lay on its way, s; infinite if never."""
-    cause: bool
-    """Whether without a brake, by the truth, it ever came to where the criteria let nothing pass for clear."""
-    possible: bool
-    """Whether a brake at the first chance, after all delays, would have prevented it."""
+    truth: Truth
     collided: bool
     """Whether it hit something while it moved."""
     braked_at: float
     """s; infinite if never."""
+    blind_from: float
+    """When the scanner went blind, s; infinite if never."""
     reason: str
     """Why it braked."""
     margin: float
@@ -50,44 +62,63 @@ class Drive:
     @property
     def crashed(self) -> bool:
         """A collision where braking was possible."""
-        return self.collided and self.possible
+        return self.collided and self.truth.possible
+
+    @property
+    def unavoidable(self) -> bool:
+        """A collision that no brake would have prevented."""
+        return self.collided and not self.truth.possible
 
     @property
     def needless(self) -> bool:
-        """Braked where the driver alone would not have hit anything."""
-        return self.braked_at < math.inf and self.hits_without == math.inf and self.kind != "blind"
+        """Braked where the driver alone would not have hit anything, with a scanner that saw."""
+        return self.braked_at < self.blind_from and self.truth.hits == math.inf
 
     @property
     def false_stop(self) -> bool:
-        """Braked for nothing: there was no cause either."""
-        return self.needless and not self.cause
+        """Braked for nothing: nothing was ever near where the criteria let it pass for clear."""
+        return self.needless and self.truth.nearest >= CLEAR
+
+    @property
+    def early(self) -> float:
+        """How long before the collision it braked, s; NaN where it did not, or where that was not possible."""
+        return self.truth.hits - self.braked_at if self.truth.possible and self.braked_at < math.inf else math.nan
 
 
 def drive(seed: int, run: int, **settings: Any) -> Drive:
     """Drive scenario ``run`` of ``seed`` with a controller of these settings."""
-    made, rng = scenario(seed, run)
-    hits, warned_by, cause = without_brake(made)
+    return drives(seed, run, [settings])[0]
+
+
+def drives(seed: int, run: int, each: Sequence[dict[str, Any]]) -> list[Drive]:
+    """Drive the same scenario, faults and noise with several settings."""
+    made, _ = scenario(seed, run)
+    truth = truth_of(made)
+    return [Drive(run, made.kind, truth, *with_brake(made, scenario(seed, run)[1], settings)) for settings in each]
+
+
+def truth_of(made: Scenario) -> Truth:
+    """Drive without a brake, and with one that brakes fully as soon as it could."""
+    hits, foreseen, nearest = without_brake(made)
     reaction = made.scanner.latency + 4 * made.scanner.period + Brake().delay
-    possible = hits < math.inf and not braked_from(made, warned_by + reaction)
-    collided, braked_at, reason, margin = with_brake(made, rng, settings)
-    return Drive(run, made.kind, hits, warned_by, cause, possible, collided, braked_at, reason, margin)
+    return Truth(hits, nearest, hits < math.inf and not braked_from(made, foreseen + reaction))
 
 
-def without_brake(made: Scenario) -> tuple[float, float, bool]:
-    """Drive as planned: when it hits, when that could first be foreseen, and whether there was cause to brake."""
+def without_brake(made: Scenario) -> tuple[float, float, float]:
+    """Drive as planned: when it hits, when that could first be foreseen, and how near it came to a threshold."""
     pose, time = Pose(0.0, 0.0, 0.0, made.plan.speed), 0.0
-    foreseen, cause = math.inf, False
+    foreseen, nearest = math.inf, math.inf
     while time < made.duration:
         segments = seen_from(made.world.at(time), pose.x, pose.y, pose.heading)
         if touch(segments, BODY):
-            return time, foreseen, cause
+            return time, foreseen, nearest
         ahead = true_ttc(segments, pose.speed, made.plan.curvature, OUTLINE)
         foreseen = min(foreseen, time) if ahead < math.inf else math.inf
-        cause = cause or ahead < 1.25 * max(1.5, stopping_time(pose.speed))
+        nearest = min(nearest, ahead / max(1.5, stopping_time(pose.speed)))
         for _ in range(round(made.scanner.period / PHYSICS)):
             time += PHYSICS
             pose = step(pose, made.plan.curvature, made.plan.wanted(time), PHYSICS)
-    return math.inf, math.inf, cause
+    return math.inf, math.inf, nearest
 
 
 def stopping_time(speed: float) -> float:
@@ -117,9 +148,12 @@ def braked_from(made: Scenario, begin: float) -> bool:
     return False
 
 
-def with_brake(made: Scenario, rng: np.random.Generator, settings: dict[str, Any]) -> tuple[bool, float, str, float]:
-    """Drive with the controller: whether it hit something, when and why it braked, and how much was left."""
+def with_brake(
+    made: Scenario, rng: np.random.Generator, settings: dict[str, Any]
+) -> tuple[bool, float, float, str, float]:
+    """Drive with the controller: whether it hit something, when it braked, was blind, why it braked, what was left."""
     scanner, brake = made.scanner, Brake()
+    blind_from = scanner.blind_from
     controller = BrakeController(**{"scan": scanner.reader(OUTLINE), "deceleration": brake.deceleration, **settings})
     pose, time, next_scan = Pose(0.0, 0.0, 0.0, made.plan.speed), 0.0, 0.0
     under_way: deque[tuple[float, float, Any, Motion]] = deque()
@@ -129,7 +163,7 @@ def with_brake(made: Scenario, rng: np.random.Generator, settings: dict[str, Any
             next_scan += scanner.period
             segments = seen_from(made.world.at(time), pose.x, pose.y, pose.heading)
             if touch(segments, BODY):
-                return True, braked_at, reason, math.nan
+                return True, braked_at, blind_from, reason, math.nan
             motion = measured(pose, made.plan.curvature, time, rng)
             under_way.append((time + scanner.latency, time, scanner.scan(time, segments, rng), motion))
         while under_way and under_way[0][0] <= time:
@@ -142,8 +176,9 @@ def with_brake(made: Scenario, rng: np.random.Generator, settings: dict[str, Any
         pose = step(pose, made.plan.curvature, speed, PHYSICS)
         if pose.speed == 0.0:
             segments = seen_from(made.world.at(time), pose.x, pose.y, pose.heading)
-            return False, braked_at, reason, room(segments, math.copysign(1.0, made.plan.speed), made.plan.curvature)
-    return False, braked_at, reason, math.nan
+            left = room(segments, math.copysign(1.0, made.plan.speed), made.plan.curvature)
+            return False, braked_at, blind_from, reason, left
+    return False, braked_at, blind_from, reason, math.nan
 
 
 def measured(pose: Pose, curvature: float, time: float, rng: np.random.Generator) -> Motion:
