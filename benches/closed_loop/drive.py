@@ -159,7 +159,7 @@ def with_brake(
     under_way: deque[tuple[float, float, Any, Motion]] = deque()
     bites, braked_at, reason = math.inf, math.inf, ""
     while time < made.duration:
-        if time >= next_scan:
+        if time > next_scan - PHYSICS / 2.0:
             next_scan += scanner.period
             segments = seen_from(made.world.at(time), pose.x, pose.y, pose.heading)
             if touch(segments, BODY):

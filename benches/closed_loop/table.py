@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 COUNTS = ("drives", "possible", "collisions", "unavoidable", "needless stops", "of them false")
 MARGINS = ("earliest", "5 %", "median", "latest", "least room")
 LEGEND = (
-    "Possible: there was a collision to prevent, and time to do so. Collisions: in these. Unavoidable: other collisions. "
-    "Earliest to latest: from the brake to when the collision would have been; room: what was left before the car when it "
-    "stood, at most 3 m. Both in possible drives."
+    "Possible: there was a collision to prevent, and time to do so. Collisions: in these. Unavoidable: other "
+    "collisions. Earliest to latest: from the brake to when the collision would have been; room: what was left before "
+    "the car when it stood, at most 3 m. Both in possible drives."
 )
 
 
