@@ -17,8 +17,12 @@ from benches.table import console
 from ttc_fast import IttcThreshold, StoppingDistance, SweptPathThreshold
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from benches.table import Report
 
+CHUNK = 20
+"""Drives that a process takes at once."""
 DEFAULT = "default"
 SETTINGS: dict[str, dict[str, Any]] = {
     DEFAULT: {},
@@ -33,7 +37,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
 
 
 def main() -> None:
-    """Run what the command line asks for."""
+    """Run what the command line asks for; an interrupt ends it early, with tables of what was driven."""
     parser = argparse.ArgumentParser(prog="python -m benches.closed_loop", description=__doc__)
     parser.add_argument("--runs", type=int, default=10_000, help="drives of the default (default %(default)s)")
     parser.add_argument("--others", type=int, default=2_000, help="of them with every setting (default %(default)s)")
@@ -44,13 +48,20 @@ def main() -> None:
     parser.add_argument("--processes", type=int, help="default: as many as there are processors")
     parser.add_argument("--markdown", type=Path, help="a document to put the tables into, such as docs/braking.md")
     chosen = parser.parse_args()
+    results: list[dict[str, list[Drive]]] = [{name: [] for name in SETTINGS}, {DEFAULT: []}]
+    every, rest = range(min(chosen.others, chosen.runs)), range(min(chosen.others, chosen.runs), chosen.runs)
+    try:
+        with ProcessPoolExecutor(chosen.processes) as pool:
+            run_all(pool, chosen.seed, every, results[0], list(SETTINGS))
+            run_all(pool, chosen.seed + 1, range(chosen.held_out), results[1], [DEFAULT])
+            run_all(pool, chosen.seed, rest, results[0], [DEFAULT])
+    except KeyboardInterrupt:
+        console().print("ended early: the tables have what was driven until then")
     reports, remarks = [], []
-    with ProcessPoolExecutor(chosen.processes) as pool:
-        seeds = [(chosen.seed, chosen.runs, chosen.others), (chosen.seed + 1, chosen.held_out, 0)]
-        for seed, runs, others in seeds[: 2 if chosen.held_out else 1]:
-            made, said = of_seed(pool, seed, runs, others)
-            reports += made
-            remarks += said
+    for seed, made in zip((chosen.seed, chosen.seed + 1), results, strict=True):
+        if made[DEFAULT]:
+            reports += tables(seed, made)
+            remarks += said(seed, made[DEFAULT])
     for report in reports:
         console().print(report.rich())
     for remark in remarks:
@@ -60,23 +71,41 @@ def main() -> None:
         replace(chosen.markdown, "python -m benches.closed_loop", "\n".join(parts))
 
 
-def of_seed(pool: ProcessPoolExecutor, seed: int, runs: int, others: int) -> tuple[list[Report], list[str]]:
-    """Drive every scenario of a seed, the first ones with every setting: tables, and what there is to say."""
-    results: dict[str, list[Drive]] = {name: [] for name in (SETTINGS if others else [DEFAULT])}
-    every, default = range(min(others, runs)), range(min(others, runs), runs)
-    for part, settings in ((every, SETTINGS), (default, {DEFAULT: SETTINGS[DEFAULT]})):
-        job = partial(drives, seed, each=list(settings.values()))
-        for made in track(pool.map(job, part, chunksize=20), f"seed {seed}", len(part), transient=True):
-            for name, each in zip(settings, made, strict=True):
-                results[name].append(each)
-    first = f"Seed {seed}"
-    reports = [table(f"{first}: the default", "kind", kinds(results[DEFAULT]))]
-    if others:
-        first_ones = {name: each[:others] for name, each in results.items()}
-        reports.append(table(f"{first}: every setting, on the same drives", "setting", first_ones))
-    said = gone_wrong(results[DEFAULT])
-    found = "; ".join(said) if said else "no collision where braking was possible, and no false stop"
-    return reports, [f"{first}, {runs} drives of the default: {found}.", f"{first}: {needless(results[DEFAULT])}"]
+def run_all(
+    pool: ProcessPoolExecutor, seed: int, runs: range, results: dict[str, list[Drive]], names: Sequence[str]
+) -> None:
+    """Drive the runs of a seed with each of the named settings, and put how it went into the results."""
+    job = partial(drives, seed, each=[SETTINGS[name] for name in names])
+    work = [pool.submit(several, job, runs[at : at + CHUNK]) for at in range(0, len(runs), CHUNK)]
+    try:
+        for done in track(work, f"seed {seed}", transient=True):
+            for made in done.result():
+                for name, each in zip(names, made, strict=True):
+                    results[name].append(each)
+    finally:
+        for each_work in work:
+            each_work.cancel()
+
+
+def several(job: Callable[[int], list[Drive]], runs: range) -> list[list[Drive]]:
+    """Drive a few, in one process."""
+    return [job(run) for run in runs]
+
+
+def tables(seed: int, results: dict[str, list[Drive]]) -> list[Report]:
+    """Make a table of the kinds of scenarios, and one of the settings where there are several."""
+    made = [table(f"Seed {seed}: the default", "kind", kinds(results[DEFAULT]))]
+    fewest = min(map(len, results.values()))
+    if len(results) > 1 and fewest:
+        same = {name: each[:fewest] for name, each in results.items()}
+        made.append(table(f"Seed {seed}: every setting, on the same drives", "setting", same))
+    return made
+
+
+def said(seed: int, drives: list[Drive]) -> list[str]:
+    """Name every drive that went wrong, to look at it again, and say how needless stops came about."""
+    wrong = "; ".join(gone_wrong(drives)) or "no collision where braking was possible, and no false stop"
+    return [f"Seed {seed}, {len(drives)} drives of the default: {wrong}.", f"Seed {seed}: {needless(drives)}"]
 
 
 if __name__ == "__main__":

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from ttc_fast.brake.rules import Rules
 
 NONE, WARN, BRAKE = Command  # the look-up of an enum's member takes longer than that of a name
-CONTACT, CLEAR = Status.CONTACT, Reason.CLEAR
+CONTACT = Status.CONTACT
+CLEAR, NEAR, CRITERION = Reason.CLEAR, Reason.NEAR, Reason.CRITERION
 
 
 def answer(memory: Memory, rules: Rules, now: float, unsafe: Reason | None, override: bool) -> Decision:
@@ -66,8 +67,9 @@ def watch(memory: Memory, rules: Rules, now: float) -> Reason | None:
 
 def why_braking(memory: Memory, rules: Rules, now: float) -> Reason:
     """Return why it brakes."""
-    if memory.judgement.triggers:
-        return Reason.CRITERION
+    value, threshold, _ = memory.judgement
+    if value < threshold:
+        return CRITERION
     motion = memory.fresh_motion(now, rules.motion_timeout)
     stands = motion is not None and abs(motion.speed) < rules.standstill_speed
     return Reason.STANDSTILL if stands else Reason.HOLD
@@ -77,7 +79,7 @@ def why_not_braking(memory: Memory, rules: Rules) -> tuple[Command, Reason]:
     """Return what there is to say where it does not brake, and why."""
     value, threshold, sight = memory.judgement
     if value < rules.warn_at * threshold:
-        return WARN, (Reason.VOTING if value < threshold else Reason.NEAR)
+        return WARN, (Reason.VOTING if value < threshold else NEAR)
     if memory.rests_in_contact:
         return WARN, Reason.CONTACT
     in_contact = sight is not None and sight.status is CONTACT

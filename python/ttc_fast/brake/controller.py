@@ -120,7 +120,7 @@ class BrakeController:
         when_blind: Command = Command.BRAKE,
     ) -> None:
         self._eyes = Eyes(scan, path, range_rate, time_increment, horizon)
-        self._criteria = self._eyes.check(criteria if criteria is not None else self._default())
+        self._first, *self._others = self._eyes.check(criteria if criteria is not None else self._default())
         self._rules = Rules(
             trigger=trigger,
             release=release,
@@ -236,15 +236,9 @@ class BrakeController:
         memory.frame_at = stamp
         motion = memory.fresh_motion(now, rules.motion_timeout)
         scene = self._eyes.look(frame, motion)
-        blind = scene.status is NO_DATA or scene.returns < rules.min_returns
-        if blind:
-            memory.blind += 1
-        else:
-            memory.seen_at = stamp
-        if blind or not scene.judged:
+        if not self._sees(scene, stamp):
             memory.clears = rules.release.cast(memory.clears, False)
             return
-        memory.judged_at = stamp
         memory.criterion, memory.judgement = self._worst(scene)
         memory.rests_in_contact = False
         if scene.status is CONTACT:
@@ -258,6 +252,17 @@ class BrakeController:
         memory.clears = rules.release.cast(memory.clears, clear)
         if triggered or memory.braking:
             self._count(now, triggered, motion)
+
+    def _sees(self, scene: Scene, stamp: float) -> bool:
+        """Whether a frame is not blind and can be judged; remember when that was so."""
+        memory = self._memory
+        if scene.status is NO_DATA or scene.returns < self._rules.min_returns:
+            memory.blind += 1
+            return False
+        memory.seen_at = stamp
+        if scene.judged:
+            memory.judged_at = stamp
+        return scene.judged
 
     def _in_contact(self, frame: Frame, motion: Motion | None, wish: Motion | None) -> Motion | None:
         """Judge what is commanded as well, as long as nothing brakes yet; give the motion that decided."""
@@ -283,9 +288,8 @@ class BrakeController:
 
     def _worst(self, scene: Scene) -> tuple[Criterion, Judgement]:
         """Judge by every criterion: the one nearest to its threshold, or beyond it by most."""
-        worst, *others = self._criteria
-        says = worst.judge(scene)
-        for criterion in others:
+        worst, says = self._first, self._first.judge(scene)
+        for criterion in self._others:
             judgement = criterion.judge(scene)
             if judgement.tighter(says):
                 worst, says = criterion, judgement

@@ -115,17 +115,22 @@ class Eyes:
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
         if frame.points is not None:
-            seen = self._points_reader().nearest(frame.points, speed, yaw_rate, lateral_speed)
+            if self._path is None:
+                raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
+            seen = self._path.nearest(frame.points, speed, yaw_rate, lateral_speed)
             angle, distance = math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
             path = on_the_way(seen, seen.index, angle, distance, over_ground, frame.now - frame.stamp)
         else:
-            reader = self._ranges_reader()
+            if self._scan is None:
+                raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
             if self._wants_beams:
-                seen = reader.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
+                seen = self._scan.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
                 beams = self._sight(Source.BEAMS, frame, seen)
             if self._wants_path and self._scan_path is not None:
                 seen = self._scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
-                path = on_the_way(seen, seen.beam, seen.angle, seen.range, over_ground, self._age(frame, seen.beam))
+                beam, age = seen.beam, frame.now - frame.stamp
+                age = self._age(frame, beam) if self._time_increment else age
+                path = on_the_way(seen, beam, seen.angle, seen.range, over_ground, age)
         estimate, sure = (None, False) if frame.estimate is None else second_opinion(frame)
         return Scene(over_ground, beams, path, estimate, sure, seen.counts.valid, seen.status, True)
 
@@ -148,16 +153,6 @@ class Eyes:
     def _age(self, frame: Frame, beam: int) -> float:
         """Return how old a beam is at the time of the decision, s."""
         return frame.now - frame.stamp - (beam * self._time_increment if beam > 0 else 0.0)
-
-    def _ranges_reader(self) -> ScanTTC:
-        if self._scan is None:
-            raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
-        return self._scan
-
-    def _points_reader(self) -> SweptPath:
-        if self._path is None:
-            raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
-        return self._path
 
     def state(self) -> Any:
         """Return what the range rate remembers."""
