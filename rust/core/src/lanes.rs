@@ -44,6 +44,12 @@ pub(crate) fn window<T>(table: &[T], at: usize) -> &Lanes<T> {
     table[at..].first_chunk().expect("tables are padded to whole groups of lanes")
 }
 
+/// A padded table as groups of lanes.
+#[inline(always)]
+pub(crate) fn groups<T>(table: &[T]) -> &[Lanes<T>] {
+    table.as_chunks().0
+}
+
 /// `table` with `fill` behind it, up to a whole number of groups of lanes.
 pub(crate) fn padded<T: Copy>(table: impl ExactSizeIterator<Item = T>, fill: T) -> Vec<T> {
     let padding = table.len().next_multiple_of(LANES) - table.len();

@@ -31,7 +31,7 @@ use {
 
 use crate::column::{Column, ColumnMut, Source};
 use crate::error::{Error, finite, non_negative};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, groups};
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
@@ -511,7 +511,7 @@ impl<T: Real> View<'_, T> {
 
     fn per_beam<'o>(&self, pace: impl Pace<T>, out: &mut ColumnMut<'o, T>, status_out: Option<&mut ColumnMut<'o, u8>>) {
         let Prepared { tables, rules } = self.prepared;
-        let (rules, offset, min_closing_speed) = (*rules, &*tables.offset, T::of(self.exact.min_closing_speed));
+        let (rules, offset, min_closing_speed) = (*rules, groups(&tables.offset), T::of(self.exact.min_closing_speed));
         let ranges = self.ranges;
         // The times last: they may be written over the ranges.
         if let Some(status_out) = status_out {

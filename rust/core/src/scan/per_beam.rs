@@ -1,25 +1,32 @@
 //! The time-to-collision of every beam, in the type of the ranges.
 
 use super::reading::Rules;
-use super::tables::Tables;
+use super::tables::{Envelope, Tables};
 use crate::column::{Sink, Source};
-use crate::lanes::{LANES, Lanes, each, lanes, window};
+use crate::lanes::{LANES, Lanes, each, groups, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel};
 use crate::status::Status;
 
 /// Closing speeds of beams, and how long clearances last at them.
 pub(super) trait Pace<T>: Copy {
-    fn closing(&self, at: usize) -> Lanes<T>;
+    /// Of the beams of a group.
+    fn closing(&self, group: usize) -> Lanes<T>;
     /// Clearance over closing speed, where that is positive.
-    fn times(&self, at: usize, clearance: &Lanes<T>, closing: &Lanes<T>) -> Lanes<T>;
+    fn times(&self, group: usize, clearance: &Lanes<T>, closing: &Lanes<T>) -> Lanes<T>;
+    /// Not more than the least closing speed of a group of beams, and not less than the largest.
+    fn extremes(&self, group: usize) -> (T, T);
+    /// The same of the first groups only: what an index is below need not be checked again.
+    #[must_use]
+    fn first(self, groups: usize) -> Self;
 }
 
 /// The pace of a sensor that moves along the vehicle's x axis. A multiplication takes a fraction of a division's time.
 #[derive(Clone, Copy)]
 pub(super) struct Straight<'a, T> {
-    cos: &'a [T],
-    inverse: &'a [T],
+    cos: &'a [Lanes<T>],
+    inverse: &'a [Lanes<T>],
+    extremes: &'a [(T, T)],
     speed: T,
     per_speed: T,
 }
@@ -27,50 +34,75 @@ pub(super) struct Straight<'a, T> {
 impl<'a, T: Real> Straight<'a, T> {
     /// If the velocity is such a one, and no product with `1 / velocity` can overflow or lose digits.
     pub(super) fn new(tables: &'a Tables<T>, (vx, vy): (f64, f64)) -> Option<Self> {
-        let (cos, inverse) = (&tables.beams.cos, &tables.inverse);
-        let straight = Straight { cos, inverse, speed: T::of(vx), per_speed: T::of(1.0 / vx) };
+        let Tables { beams: Envelope { cos, .. }, inverse, extremes, .. } = tables;
+        let (cos, inverse) = (groups(cos), groups(inverse));
+        let straight = Straight { cos, inverse, extremes, speed: T::of(vx), per_speed: T::of(1.0 / vx) };
         (vy == 0.0 && (1e-3..1e6).contains(&vx.abs())).then_some(straight)
     }
 }
 
 impl<T: Real> Pace<T> for Straight<'_, T> {
     #[inline(always)]
-    fn closing(&self, at: usize) -> Lanes<T> {
-        let cos = window(self.cos, at);
+    fn closing(&self, group: usize) -> Lanes<T> {
+        let cos = &self.cos[group];
         lanes(|lane| self.speed * cos[lane])
     }
 
     #[inline(always)]
-    fn times(&self, at: usize, clearance: &Lanes<T>, _: &Lanes<T>) -> Lanes<T> {
-        let inverse = window(self.inverse, at);
+    fn times(&self, group: usize, clearance: &Lanes<T>, _: &Lanes<T>) -> Lanes<T> {
+        let inverse = &self.inverse[group];
         lanes(|lane| clearance[lane] * (inverse[lane] * self.per_speed))
+    }
+
+    #[inline(always)]
+    fn extremes(&self, group: usize) -> (T, T) {
+        let (low, high) = self.extremes[group];
+        let (first, second) = (self.speed * low, self.speed * high);
+        if first < second { (first, second) } else { (second, first) }
+    }
+
+    #[inline(always)]
+    fn first(self, groups: usize) -> Self {
+        let Straight { cos, inverse, extremes, .. } = self;
+        Straight { cos: &cos[..groups], inverse: &inverse[..groups], extremes: &extremes[..groups], ..self }
     }
 }
 
 /// The pace of any motion.
 #[derive(Clone, Copy)]
 pub(super) struct Turning<'a, T> {
-    cos: &'a [T],
-    sin: &'a [T],
+    cos: &'a [Lanes<T>],
+    sin: &'a [Lanes<T>],
     velocity: (T, T),
 }
 
 impl<'a, T: Real> Turning<'a, T> {
     pub(super) fn new(tables: &'a Tables<T>, (vx, vy): (f64, f64)) -> Self {
-        Turning { cos: &tables.beams.cos, sin: &tables.beams.sin, velocity: (T::of(vx), T::of(vy)) }
+        let (cos, sin) = (groups(&tables.beams.cos), groups(&tables.beams.sin));
+        Turning { cos, sin, velocity: (T::of(vx), T::of(vy)) }
     }
 }
 
 impl<T: Real> Pace<T> for Turning<'_, T> {
     #[inline(always)]
-    fn closing(&self, at: usize) -> Lanes<T> {
-        let (cos, sin) = (window(self.cos, at), window(self.sin, at));
+    fn closing(&self, group: usize) -> Lanes<T> {
+        let (cos, sin) = (&self.cos[group], &self.sin[group]);
         lanes(|lane| self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane])
     }
 
     #[inline(always)]
     fn times(&self, _: usize, clearance: &Lanes<T>, closing: &Lanes<T>) -> Lanes<T> {
         lanes(|lane| clearance[lane] / closing[lane])
+    }
+
+    #[inline(always)]
+    fn extremes(&self, _: usize) -> (T, T) {
+        (T::ZERO - T::INFINITY, T::INFINITY)
+    }
+
+    #[inline(always)]
+    fn first(self, groups: usize) -> Self {
+        Turning { cos: &self.cos[..groups], sin: &self.sin[..groups], ..self }
     }
 }
 
@@ -80,31 +112,46 @@ impl<T: Real> Pace<T> for Turning<'_, T> {
 pub(super) struct Scan<'a, T, S, P> {
     pub ranges: S,
     pub rules: Rules<T>,
-    pub offset: &'a [T],
+    pub offset: &'a [Lanes<T>],
     pub pace: P,
     pub min_closing_speed: T,
 }
 
 impl<T: Real, S: Source<T>, P: Pace<T>> Scan<'_, T, S, P> {
-    /// The clearances and closing speeds of beams `at .. at + LANES`, which read `ranges`.
+    /// The same, with tables of the groups of its ranges only.
     #[inline(always)]
-    fn group(&self, at: usize, ranges: Lanes<T>) -> (Lanes<T>, Lanes<T>) {
-        let usable = each(ranges, |r| self.rules.usable(r));
-        let offset = window(self.offset, at);
-        (lanes(|lane| usable[lane] - offset[lane]), self.pace.closing(at))
+    fn trimmed(self) -> Self {
+        let groups = self.ranges.len().div_ceil(LANES);
+        Scan { offset: &self.offset[..groups], pace: self.pace.first(groups), ..self }
+    }
+
+    /// The times of a group. Most groups lie ahead, where all beams close, or behind, where none does.
+    #[inline(always)]
+    fn times(&self, group: usize, ranges: Lanes<T>, clamps: bool) -> Lanes<T> {
+        let (slowest, fastest) = self.pace.extremes(group);
+        let all_close = slowest > self.min_closing_speed;
+        if !all_close && fastest <= self.min_closing_speed {
+            return [T::INFINITY; LANES];
+        }
+        let offset = &self.offset[group];
+        let rules = self.rules;
+        let usable = if clamps { each(ranges, |r| rules.usable(r)) } else { each(ranges, |r| rules.valid(r)) };
+        let clearance = lanes(|lane| usable[lane] - offset[lane]);
+        if all_close {
+            let times = self.pace.times(group, &clearance, &[T::INFINITY; LANES]);
+            lanes(|lane| meaning(times[lane], clearance[lane], T::INFINITY, T::ZERO))
+        } else {
+            let closing = self.pace.closing(group);
+            let times = self.pace.times(group, &clearance, &closing);
+            lanes(|lane| meaning(times[lane], clearance[lane], closing[lane], self.min_closing_speed))
+        }
     }
 
     #[inline(always)]
-    fn times(&self, at: usize, ranges: Lanes<T>) -> Lanes<T> {
-        let (clearance, closing) = self.group(at, ranges);
-        let times = self.pace.times(at, &clearance, &closing);
-        lanes(|lane| meaning(times[lane], clearance[lane], closing[lane], self.min_closing_speed))
-    }
-
-    #[inline(always)]
-    fn statuses(&self, at: usize, ranges: Lanes<T>) -> Lanes<u8> {
-        let (clearance, closing) = self.group(at, ranges);
-        let offset = window(self.offset, at);
+    fn statuses(&self, group: usize, ranges: Lanes<T>) -> Lanes<u8> {
+        let offset = &self.offset[group];
+        let clearance = lanes(|lane| self.rules.usable(ranges[lane]) - offset[lane]);
+        let closing = self.pace.closing(group);
         lanes(|lane| {
             let (looked, seen) = (!offset[lane].is_nan(), self.rules.observed(ranges[lane]));
             status(clearance[lane], closing[lane] > self.min_closing_speed, looked, seen) as u8
@@ -123,13 +170,23 @@ impl<T: Real, S: Source<T>, P: Pace<T>, W: Sink<T>> Kernel for Times<'_, T, S, P
 
     #[inline(always)]
     fn run<I: Instructions>(self, _: I) {
-        let Times { scan, mut out } = self;
-        let whole = scan.ranges.len() / LANES * LANES;
-        for at in (0..whole).step_by(LANES) {
-            out.put(at, scan.times(at, scan.ranges.lanes(at)));
+        if self.scan.rules.clamps() { self.write(true) } else { self.write(false) }
+    }
+}
+
+impl<T: Real, S: Source<T>, P: Pace<T>, W: Sink<T>> Times<'_, T, S, P, W> {
+    /// Write them all, with what is known when this is compiled: whether readings are moved into limits.
+    #[inline(always)]
+    fn write(self, clamps: bool) {
+        let (scan, mut out) = (self.scan.trimmed(), self.out);
+        let whole = scan.ranges.len() / LANES;
+        for group in 0..whole {
+            let at = group * LANES;
+            out.put(at, scan.times(group, scan.ranges.lanes(at), clamps));
         }
-        if whole < scan.ranges.len() {
-            out.put_last(whole, scan.times(whole, scan.ranges.lanes_or(whole, T::NAN)));
+        if whole * LANES < scan.ranges.len() {
+            let at = whole * LANES;
+            out.put_last(at, scan.times(whole, scan.ranges.lanes_or(at, T::NAN), clamps));
         }
     }
 }
@@ -145,13 +202,15 @@ impl<T: Real, S: Source<T>, P: Pace<T>, W: Sink<u8>> Kernel for Statuses<'_, T, 
 
     #[inline(always)]
     fn run<I: Instructions>(self, _: I) {
-        let Statuses { scan, mut out } = self;
-        let whole = scan.ranges.len() / LANES * LANES;
-        for at in (0..whole).step_by(LANES) {
-            out.put(at, scan.statuses(at, scan.ranges.lanes(at)));
+        let (scan, mut out) = (self.scan.trimmed(), self.out);
+        let whole = scan.ranges.len() / LANES;
+        for group in 0..whole {
+            let at = group * LANES;
+            out.put(at, scan.statuses(group, scan.ranges.lanes(at)));
         }
-        if whole < scan.ranges.len() {
-            out.put_last(whole, scan.statuses(whole, scan.ranges.lanes_or(whole, T::NAN)));
+        if whole * LANES < scan.ranges.len() {
+            let at = whole * LANES;
+            out.put_last(at, scan.statuses(whole, scan.ranges.lanes_or(at, T::NAN)));
         }
     }
 }

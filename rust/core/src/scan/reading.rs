@@ -90,9 +90,19 @@ impl<T: Real> Rules<T> {
     /// The range to compute with, or NaN where there is none.
     #[inline(always)]
     pub(super) fn usable(&self, r: T) -> T {
+        self.clamped(self.valid(r))
+    }
+
+    /// The same before it is moved into the user's limits.
+    #[inline(always)]
+    pub(super) fn valid(&self, r: T) -> T {
         let r = if r == T::ZERO - T::INFINITY { self.too_close } else { r };
         let r = if r >= self.range_min { r } else { T::NAN };
-        let r = if r <= self.usable_max { r } else { T::NAN };
+        if r <= self.usable_max { r } else { T::NAN }
+    }
+
+    #[inline(always)]
+    fn clamped(&self, r: T) -> T {
         let r = if r < self.clamp.0 { self.clamp.0 } else { r };
         if r > self.clamp.1 { self.clamp.1 } else { r }
     }

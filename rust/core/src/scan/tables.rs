@@ -92,6 +92,8 @@ pub(super) struct Tables<T> {
     pub offset_below: Vec<T>,
     /// `1 / cos`, rounded to nearest.
     pub inverse: Vec<T>,
+    /// The least and the largest `cos` of each group.
+    pub extremes: Vec<(T, T)>,
     /// Every beam by itself.
     pub beams: Envelope<T>,
     /// Each lane of each block.
@@ -145,6 +147,7 @@ impl<T: Real> Tables<T> {
             offset: table(&beams.offset, T::of),
             offset_below: table(&beams.offset, T::not_above),
             inverse: table(&beams.cos, |cos| T::of(1.0 / cos)),
+            extremes: beams.cos.chunks_exact(LANES).map(extremes).collect(),
             beams: Envelope::new(beams, (0..beams.offset.len()).map(std::iter::once)),
             blocks: Envelope::new(beams, seen),
             groups,
@@ -198,4 +201,12 @@ impl<T: Real> Envelope<T> {
 
 fn table<T>(exact: &[f64], f: impl Fn(f64) -> T) -> Vec<T> {
     exact.iter().map(|value| f(*value)).collect()
+}
+
+/// The least and the largest of some numbers; rounding keeps their order.
+fn extremes<T: Real>(values: &[f64]) -> (T, T) {
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    (T::of(low), T::of(high))
 }
