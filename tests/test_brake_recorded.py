@@ -42,10 +42,16 @@ def test_error_codes_cause_no_brake(drive: dict[str, Any]) -> None:
         motion = Motion(float(drive["v"][index]), float(drive["w"][index]), stamp=float(stamp))
         decisions.append(brake.update(float(stamp), ranges=drive["ranges"][index], stamp=float(stamp), motion=motion))
     assert decisions[-1].counters.blind == 0
-    for decision in decisions:
+    causes = 0
+    for ranges, decision in zip(drive["ranges"], decisions, strict=True):
+        assert decision.reason not in (Reason.BLIND, Reason.STALE, Reason.NO_MOTION)
         if decision.command is Command.BRAKE and decision.reason is Reason.CRITERION:
             assert decision.sight is not None
             assert decision.sight.range >= drive["range_min"]  # never an error code
+            around = ranges[decision.sight.index - 3 : decision.sight.index + 4]
+            assert np.sum(np.abs(around - decision.sight.range) < 0.3) >= 3  # and no speckle: a wall
+            causes += 1
+    assert causes < len(decisions) / 20
 
 
 def test_a_sensor_gone_blind_is_flagged_within_its_timeout(drive: dict[str, Any]) -> None:
