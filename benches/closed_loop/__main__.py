@@ -105,7 +105,7 @@ def tables(seed: int, results: dict[str, list[Drive]]) -> list[Report]:
 def said(seed: int, drives: list[Drive]) -> list[str]:
     """Name every drive that went wrong, to look at it again, and say how needless stops came about."""
     wrong = "; ".join(gone_wrong(drives)) or "no collision where braking was possible, and no false stop"
-    return [f"Seed {seed}, {len(drives)} drives of the default: {wrong}.", f"Seed {seed}: {needless(drives)}"]
+    return [f"Seed {seed}, {len(drives)} drives of the default: {wrong}.", f"Seed {seed}: {needless(drives)}."]
 
 
 if __name__ == "__main__":

@@ -67,6 +67,7 @@ def gone_wrong(drives: Iterable[Drive]) -> list[str]:
 def needless(drives: Sequence[Drive]) -> str:
     """How near to a threshold it really was where a stop turned out needless."""
     nearest = sorted(each.truth.nearest for each in drives if each.needless)
-    within = sum(each < 1.0 for each in nearest)
-    text = f"Of {len(nearest)} needless stops of the default, {within} were within a threshold by the truth"
-    return f"{text}; the others came to {', '.join(f'{each:.2f}' for each in nearest[within:]) or 'none'} of it."
+    beyond = [f"{each:.2f}" for each in nearest if each >= 1.0]
+    within = len(nearest) - len(beyond)
+    text = f"of {len(nearest)} needless stops of the default {within} were within a threshold by the truth"
+    return f"{text}; the others came to {', '.join(beyond)} of it" if beyond else text
