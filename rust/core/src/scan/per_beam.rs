@@ -243,3 +243,30 @@ fn status<T: Real>(clearance: T, closes: bool, looked: bool, seen: bool) -> Stat
         Status::Invalid
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::column::{Column, ColumnMut};
+    use crate::scan::{Motion, Outline, ScanTtc, Settings};
+    use crate::simd::Level;
+
+    /// Beams ahead, across and behind, so that of some groups all beams close, of some none, of some a few: the slow ones
+    /// do not count, and a reading inside the outline is contact only where the beam closes.
+    #[test]
+    fn groups_that_close_in_part_are_told_beam_by_beam() {
+        let outline = Some(Outline { x_rear: -1.0, x_front: 1.0, y_right: -1.0, y_left: 1.0 });
+        let settings = Settings { outline, min_closing_speed: 0.5, ..Settings::new(0.0, 0.03, 100) };
+        let ranges: Vec<f32> = (0..100).map(|beam| if beam % 3 == 0 { 0.5 } else { 5.0 }).collect();
+        for (level, speed) in Level::all().into_iter().flat_map(|level| [(level, 2.0), (level, -2.0)]) {
+            let scan = ScanTtc::new(settings.clone(), level).unwrap();
+            let mut times = vec![f32::NAN; 100];
+            let motion = Motion { speed, ..Motion::default() };
+            scan.per_beam(Column::new(&ranges), motion, &mut ColumnMut::new(&mut times), None).unwrap();
+            for (beam, (angle, time)) in settings.angles().zip(times).enumerate() {
+                let closes = speed * angle.cos() > 0.5;
+                let expected = (closes, time == 0.0, time.is_finite());
+                assert_eq!(expected, (closes, closes && beam % 3 == 0, closes), "{level}, {speed} m/s, beam {beam}");
+            }
+        }
+    }
+}
