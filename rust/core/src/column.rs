@@ -187,6 +187,17 @@ impl<'a, T: Copy> Records<'a, T> {
             && column.stride == self.0.stride
     }
 
+    /// The same records, read from the first, second or third number on.
+    ///
+    /// # Panics
+    /// When `number` is not 0, 1 or 2.
+    #[must_use]
+    pub fn starting_at(self, number: usize) -> Self {
+        assert!(number < 3, "records begin with three numbers");
+        // One of the three columns that `new` found side by side; what is read of it rests on its own stride and length.
+        Records(Column { start: self.0.start.wrapping_add(number * size_of::<T>()), ..self.0 })
+    }
+
     /// The same records, if each begins where the fourth number of the one before ends.
     #[must_use]
     pub fn back_to_back(self) -> Option<BackToBack<'a, T>> {

@@ -42,6 +42,12 @@ pub trait Real:
     /// The largest value below it.
     #[must_use]
     fn below(self) -> Self;
+    /// The smallest value above it.
+    #[must_use]
+    fn above(self) -> Self;
+    /// The number halfway between two others in the order of all numbers, if there is one between them. Whatever the two
+    /// are, as many halvings as the type has bits lead to any number.
+    fn between(low: Self, high: Self) -> Option<Self>;
     /// The same value as `f64`; always exact.
     fn wide(self) -> f64;
     /// For each lane a bit, whether `low <= x <= high`.
@@ -50,12 +56,14 @@ pub trait Real:
     fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], sieve: &Sieve<Self>) -> bool;
     /// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
     fn keep_least<I: Instructions>(simd: I, least: &mut Lanes<Self>, x: &Lanes<Self>);
+    /// The lanes whose bit is set, in order; then anything.
+    fn compress<I: Instructions>(simd: I, x: &Lanes<Self>, keep: u16) -> Lanes<Self>;
     /// Whether it is not a number.
     fn is_nan(self) -> bool;
 }
 
 macro_rules! real {
-    ($($float:ident $within:ident $may_pass:ident $keep_least:ident),*) => {$(
+    ($($float:ident $int:ident $within:ident $may_pass:ident $keep_least:ident $compress:ident),* $(,)?) => {$(
         impl Real for $float {
             const ZERO: Self = 0.0;
             const INFINITY: Self = $float::INFINITY;
@@ -85,6 +93,19 @@ macro_rules! real {
                 self.next_down()
             }
 
+            fn above(self) -> Self {
+                self.next_up()
+            }
+
+            #[inline(always)]
+            fn between(low: Self, high: Self) -> Option<Self> {
+                // Bits of floats are in order once those below zero are turned around; and so turned back.
+                let turned = |bits: $int| bits ^ ((bits >> ($int::BITS - 1)) & $int::MAX);
+                let (low, high) = (turned(low.to_bits().cast_signed()), turned(high.to_bits().cast_signed()));
+                let middle = (low & high) + ((low ^ high) >> 1);
+                (middle != low).then(|| $float::from_bits(turned(middle).cast_unsigned()))
+            }
+
             #[inline(always)]
             #[allow(clippy::cast_lossless, clippy::unnecessary_cast, reason = "one body for f32 and f64")]
             fn wide(self) -> f64 {
@@ -107,6 +128,11 @@ macro_rules! real {
             }
 
             #[inline(always)]
+            fn compress<I: Instructions>(simd: I, x: &Lanes<Self>, keep: u16) -> Lanes<Self> {
+                simd.$compress(x, keep)
+            }
+
+            #[inline(always)]
             fn is_nan(self) -> bool {
                 $float::is_nan(self)
             }
@@ -114,4 +140,7 @@ macro_rules! real {
     )*};
 }
 
-real!(f32 within_f32 may_pass_f32 keep_least_f32, f64 within_f64 may_pass_f64 keep_least_f64);
+real! {
+    f32 i32 within_f32 may_pass_f32 keep_least_f32 compress_f32,
+    f64 i64 within_f64 may_pass_f64 keep_least_f64 compress_f64,
+}

@@ -76,6 +76,36 @@ pub trait Instructions: Copy {
     fn keep_least_f64(self, least: &mut Lanes<f64>, x: &Lanes<f64>) {
         keep_least(least, x);
     }
+
+    /// The lanes whose bit is set, in order; then anything.
+    #[inline(always)]
+    fn compress_f32(self, x: &Lanes<f32>, keep: u16) -> Lanes<f32> {
+        compress(x, keep)
+    }
+
+    /// The lanes whose bit is set, in order; then anything.
+    #[inline(always)]
+    fn compress_f64(self, x: &Lanes<f64>, keep: u16) -> Lanes<f64> {
+        compress(x, keep)
+    }
+
+    /// The lanes whose bit is set, in order; then anything.
+    #[inline(always)]
+    fn compress_u32(self, x: &Lanes<u32>, keep: u16) -> Lanes<u32> {
+        compress(x, keep)
+    }
+}
+
+#[inline(always)]
+fn compress<T: Copy>(x: &Lanes<T>, keep: u16) -> Lanes<T> {
+    let (mut kept, mut count) = (*x, 0);
+    let mut left = keep;
+    while left != 0 {
+        kept[count % LANES] = x[left.trailing_zeros() as usize % LANES];
+        left &= left - 1;
+        count += 1;
+    }
+    kept
 }
 
 #[inline(always)]
@@ -99,10 +129,22 @@ pub struct Sieve<T> {
 
 /// The points whose four bits are all set, of 16 points: the last bit of each.
 #[inline(always)]
-pub(crate) fn whole_points(bits: u64) -> u64 {
+fn whole_points(bits: u64) -> u64 {
     // Adding 1 to three set bits carries into the fourth.
     const LAST: u64 = 0x8888_8888_8888_8888;
     ((bits & !LAST) + (LAST >> 3)) & bits & LAST
+}
+
+/// A bit for each of 16 points, whether its four bits are all set.
+#[inline(always)]
+#[allow(clippy::cast_possible_truncation, reason = "the bits left are the low ones")]
+pub(crate) fn bit_of_each_point(bits: u64) -> u16 {
+    // Pairs of bits, then fours, then eights move together.
+    let bits = whole_points(bits) >> 3;
+    let bits = (bits | bits >> 3) & 0x0303_0303_0303_0303;
+    let bits = (bits | bits >> 6) & 0x000F_000F_000F_000F;
+    let bits = (bits | bits >> 12) & 0x0000_00FF_0000_00FF;
+    (bits | bits >> 24) as u16
 }
 
 #[inline(always)]
@@ -234,13 +276,16 @@ fn has_avx2() -> bool {
         && is_x86_feature_detected!("popcnt")
 }
 
+// Never inlined, so that a kernel that runs another is compiled as if it were alone, with all registers for its own loop.
 #[cfg(target_arch = "x86_64")]
+#[inline(never)]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(x86::Avx2::new())
 }
 
 #[cfg(target_arch = "x86_64")]
+#[inline(never)]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
 fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(x86::Avx512::new())
@@ -260,7 +305,8 @@ mod x86 {
         _mm256_set1_epi32, _mm256_storeu_pd, _mm256_storeu_ps, _mm256_testz_si256, _mm512_add_pd, _mm512_add_ps,
         _mm512_castpd_si512, _mm512_castps_si512, _mm512_cmp_pd_mask, _mm512_cmp_ps_mask, _mm512_cmple_epu32_mask,
         _mm512_cmple_epu64_mask, _mm512_loadu_pd, _mm512_loadu_ps, _mm512_loadu_si512, _mm512_mask_cmp_pd_mask,
-        _mm512_mask_cmp_ps_mask, _mm512_min_pd, _mm512_min_ps, _mm512_storeu_pd, _mm512_storeu_ps,
+        _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32, _mm512_maskz_compress_ps, _mm512_min_pd, _mm512_min_ps,
+        _mm512_storeu_pd, _mm512_storeu_ps, _mm512_storeu_si512,
     };
 
     #[inline(always)]
@@ -513,6 +559,25 @@ mod x86 {
 
     impl Instructions for Avx512 {
         #[inline(always)]
+        fn compress_f32(self, x: &Lanes<f32>, keep: u16) -> Lanes<f32> {
+            let mut kept = [0.0; LANES];
+            // SAFETY: `self` proves AVX-512 F; each array is one register long.
+            unsafe { _mm512_storeu_ps(kept.as_mut_ptr(), _mm512_maskz_compress_ps(keep, _mm512_loadu_ps(x.as_ptr()))) };
+            kept
+        }
+
+        #[inline(always)]
+        fn compress_u32(self, x: &Lanes<u32>, keep: u16) -> Lanes<u32> {
+            let mut kept = [0; LANES];
+            // SAFETY: `self` proves AVX-512 F; each array is one register long.
+            unsafe {
+                let x = _mm512_loadu_si512(x.as_ptr().cast());
+                _mm512_storeu_si512(kept.as_mut_ptr().cast(), _mm512_maskz_compress_epi32(keep, x));
+            }
+            kept
+        }
+
+        #[inline(always)]
         fn keep_least_f32(self, least: &mut Lanes<f32>, x: &Lanes<f32>) {
             // SAFETY: `self` proves AVX-512 F.
             unsafe { keep_least_avx512_f32(least, x) }
@@ -670,6 +735,46 @@ mod tests {
                 assert_eq!(double.map(f64::to_bits), expected.map(|x| f64::from(x).to_bits()), "{level}");
             }
         }
+    }
+
+    struct Compress(u16);
+
+    impl Kernel for Compress {
+        type Output = (Lanes<f32>, Lanes<f64>, Lanes<u32>);
+
+        #[inline(always)]
+        fn run<I: Instructions>(self, simd: I) -> Self::Output {
+            let lanes: Lanes<u16> = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+            let (single, double, lanes) = (lanes.map(f32::from), lanes.map(f64::from), lanes.map(u32::from));
+            (simd.compress_f32(&single, self.0), simd.compress_f64(&double, self.0), simd.compress_u32(&lanes, self.0))
+        }
+    }
+
+    #[test]
+    fn compressing_keeps_the_lanes_of_the_bits_in_order_at_every_level() {
+        for keep in (0..=u16::MAX).step_by(11).chain([u16::MAX]) {
+            let expected: Vec<u32> = (0..16).filter(|lane| keep >> lane & 1 == 1).collect();
+            for level in Level::all() {
+                let (single, double, whole) = level.run(Compress(keep));
+                assert_eq!(whole[..expected.len()], expected, "{level}, {keep:016b}");
+                for (lane, place) in expected.iter().enumerate() {
+                    let found = (f64::from(single[lane]), double[lane]);
+                    assert_eq!(found, (f64::from(*place), f64::from(*place)), "{level}, {keep:016b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn points_have_a_bit_each_where_all_four_are_set() {
+        for point in 0..16 {
+            for four in 0..16_u64 {
+                let others = 0x7777_7777_7777_7777 & !(0xf << (4 * point));
+                let bits = others | four << (4 * point);
+                assert_eq!(super::bit_of_each_point(bits), u16::from(four == 15) << point, "{bits:016x}");
+            }
+        }
+        assert_eq!(super::bit_of_each_point(u64::MAX), u16::MAX);
     }
 
     #[test]

@@ -2,10 +2,12 @@
 
 use super::collect::{Collect, Search};
 use super::gate::Gate;
+use super::kept::Kept;
 use super::points::{Columns, Layout, Packed, Points, Row};
 use crate::column::{Column, Records};
+use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::simd::Level;
+use crate::simd::{Instructions, Level};
 use crate::threads::pieces;
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -51,8 +53,8 @@ pub(super) struct Estimate {
 pub(super) struct Candidates<T> {
     /// How many there are.
     pub count: usize,
-    /// All of them, or if only the nearest were asked for at least those; in no order.
-    pub kept: Vec<Candidate<T>>,
+    /// All of them, or if only the nearest were asked for at least those; in the order of points.
+    pub kept: Kept<T>,
     /// Points beyond this are not among the nearest.
     pub cap: T,
     /// How many of the nearest are needed; all if `None`.
@@ -61,8 +63,8 @@ pub(super) struct Candidates<T> {
 
 /// When there are many candidates, this part of the groups of points tells how near the nearest are.
 const SAMPLE: usize = 64;
-/// More nearest points than wanted may be kept before they are thinned out.
-const ROOM: usize = 64;
+/// So many more nearest points than wanted, or twice as many, may be kept before they are thinned out.
+const ROOM: usize = 1024;
 /// Fewer points than this are not worth a thread of their own.
 const LEAST_PIECE: usize = 1 << 16;
 
@@ -84,34 +86,41 @@ impl<T: Real> Candidates<T> {
             return piece(0..points.len()); // no list for one: a small cloud would notice
         }
         let found = pieces(threads, points.len(), LEAST_PIECE, piece);
-        found.into_iter().reduce(Self::with).unwrap_or_else(|| Candidates::nothing(wanted, 0))
+        found.into_iter().reduce(|all, piece| all.with(&piece)).unwrap_or_else(|| Candidates::nothing(wanted, 0))
     }
 
     /// None yet, of at most `points`.
     fn nothing(wanted: Option<usize>, points: usize) -> Self {
-        Candidates { count: 0, kept: Vec::with_capacity(points.min(2 * ROOM)), cap: T::MAX, wanted }
+        Candidates { count: 0, kept: Kept::with_capacity(points.min(ROOM)), cap: T::MAX, wanted }
     }
 
-    /// These and others.
-    fn with(mut self, other: Self) -> Self {
+    /// These, and those of points that come after them.
+    fn with(mut self, other: &Self) -> Self {
         self.count += other.count;
-        self.kept.extend(other.kept);
+        self.kept.extend(&other.kept);
         self
     }
 
     /// Collect from a row, whose first point is point `first` of the cloud.
     fn collect(&mut self, first: usize, row: Row<'_, T>, gate: &Gate, level: Level) {
+        let ahead = gate.axes[0].column;
         if let Some(records) = Records::new(row.xyz) {
             let fourth = gate.intensity.is_some() && row.intensity.is_some_and(|it| it.is_fourth(&records));
-            if let Some(records) = records.back_to_back() {
-                self.collect_as(Packed(records), Search { first, row, gate, fourth, level });
+            let search = Search { first, row, gate, fourth, level };
+            let forward = records.starting_at(ahead);
+            if let (Some(records), Some(forward)) = (records.back_to_back(), forward.back_to_back()) {
+                self.collect_as(Packed { records, forward }, search);
             } else {
-                self.collect_as(Packed(records), Search { first, row, gate, fourth, level });
+                self.collect_as(Packed { records, forward }, search);
             }
-        } else if let [Some(x), Some(y), Some(z)] = row.xyz.map(Column::dense) {
-            self.collect_as(Columns([x, y, z]), Search { first, row, gate, fourth: false, level });
+            return;
+        }
+        let search = Search { first, row, gate, fourth: false, level };
+        if let [Some(x), Some(y), Some(z)] = row.xyz.map(Column::dense) {
+            let xyz = [x, y, z];
+            self.collect_as(Columns { xyz, forward: xyz[ahead] }, search);
         } else {
-            self.collect_as(Columns(row.xyz), Search { first, row, gate, fourth: false, level });
+            self.collect_as(Columns { xyz: row.xyz, forward: row.xyz[ahead] }, search);
         }
     }
 
@@ -121,18 +130,38 @@ impl<T: Real> Candidates<T> {
         // They are many, and more are likely to come. The nearest of a sample are no nearer than the nearest of all: a bound,
         // in whatever order points come. A small sample bounds the large one, which may come in a bad order too.
         for every in [SAMPLE * SAMPLE, SAMPLE] {
-            let mut sample = Candidates { cap: self.cap, ..Candidates::nothing(self.wanted, 2 * ROOM) };
+            let mut sample = Candidates { cap: self.cap, ..Candidates::nothing(self.wanted, ROOM) };
             search.level.run(Collect { layout, search, from, every, into: &mut sample });
-            self.cap = sample.thin().unwrap_or(self.cap);
+            self.cap = sample.thin(search.level).unwrap_or(self.cap);
         }
         search.level.run(Collect { layout, search, from, every: 1, into: self });
     }
 
+    /// One more, if it is near enough.
     #[inline(always)]
     pub(super) fn keep(&mut self, x: T, index: usize) {
+        self.count += 1;
         if x <= self.cap {
-            #[allow(clippy::cast_possible_truncation, reason = "Points::new admits fewer than 2^32 points")]
-            self.kept.push(Candidate { x, index: index as u32 });
+            self.kept.push(x, index);
+        }
+    }
+
+    /// Those of the points `first .. first + LANES` whose bit is set, as far as they lie between `low` and `high` and are
+    /// near enough.
+    #[inline(always)]
+    pub(super) fn keep_lanes<I: Instructions>(
+        &mut self,
+        simd: I,
+        x: &Lanes<T>,
+        (low, high): (T, T),
+        inside: u16,
+        first: usize,
+    ) {
+        self.count += inside.count_ones() as usize;
+        let high = if self.cap < high { self.cap } else { high };
+        let near = inside & T::within(simd, x, &[low; LANES], &[high; LANES]);
+        if near != 0 {
+            self.kept.append(simd, x, near, first);
         }
     }
 
@@ -142,12 +171,10 @@ impl<T: Real> Candidates<T> {
         self.wanted.is_some_and(|wanted| self.kept.len() >= wanted.saturating_mul(2).saturating_add(ROOM))
     }
 
-    /// Forget all but the nearest, if there are more than wanted; gives the last of those.
-    pub(super) fn thin(&mut self) -> Option<T> {
+    /// Forget all but the nearest, if there are as many as wanted; gives the last of those.
+    pub(super) fn thin(&mut self, level: Level) -> Option<T> {
         let wanted = self.wanted.filter(|wanted| self.kept.len() >= *wanted)?;
-        let (_, last, _) = self.kept.select_nth_unstable_by(wanted - 1, Candidate::order);
-        let last = last.x;
-        self.kept.truncate(wanted);
+        let last = self.kept.thin(wanted, level);
         // Points come in order: whatever is as near as the last of the nearest comes too late.
         self.cap = last.below();
         Some(last)

@@ -12,7 +12,7 @@ use crate::simd::{Instructions, Kernel, Level};
 
 /// The nearest point of the nearest cluster of at least `min_points`.
 pub(super) fn nearest<T: Real>(
-    candidates: &mut [Candidate<T>],
+    mut candidates: Vec<Candidate<T>>,
     tolerance: f64,
     min_points: usize,
     level: Level,

@@ -6,10 +6,12 @@
 use super::candidates::{Candidate, Estimate};
 use super::cluster;
 use super::gate::Gate;
+use super::kept::Kept;
 use super::points::Points;
 use crate::error::{Error, non_negative};
 use crate::real::Real;
 use crate::simd::Level;
+use std::cmp::Ordering;
 
 /// How outliers are survived.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,23 +85,24 @@ impl Estimator {
     /// The estimate, unless there are too few candidates for one.
     pub(super) fn estimate<T: Real>(
         self,
-        candidates: &mut [Candidate<T>],
+        kept: &mut Kept<T>,
         points: &Points<'_, T>,
         gate: &Gate,
         level: Level,
     ) -> Option<Estimate> {
         match self {
-            Estimator::Minimum => kth(candidates, 1),
-            Estimator::KthSmallest(k) => kth(candidates, k),
-            Estimator::MeanOfLowest(k) => mean_of_lowest(candidates, k),
+            Estimator::Minimum => kth(kept, 1, level),
+            Estimator::KthSmallest(k) => kth(kept, k, level),
+            Estimator::MeanOfLowest(k) => mean_of_lowest(kept, k, level),
             Estimator::Quantile(q) => {
-                let x = quantile(candidates, q)?;
-                let support = candidates.iter().filter(|candidate| candidate.x.wide() <= x).count();
+                let x = quantile(kept, q, level)?;
+                let (support, _) = kept.cut(T::not_above(x).above(), level);
                 Some(Estimate { x, index: None, support })
             }
-            Estimator::InterquartileFence(factor) => fenced(candidates, factor),
-            Estimator::Supported { points, gap } => supported(candidates, points, gap),
+            Estimator::InterquartileFence(factor) => fenced(kept, factor, level),
+            Estimator::Supported { points, gap } => supported(kept, points, gap, level),
             Estimator::Cluster { tolerance, min_points } => {
+                let candidates: Vec<Candidate<T>> = kept.iter().collect();
                 cluster::nearest(candidates, tolerance, min_points, level, |candidate| {
                     gate.oriented(points.get(candidate.index as usize)).map(T::wide)
                 })
@@ -109,18 +112,20 @@ impl Estimator {
 }
 
 /// The `k`-th nearest.
-fn kth<T: Real>(candidates: &mut [Candidate<T>], k: usize) -> Option<Estimate> {
-    if candidates.len() < k {
-        return None;
-    }
-    let (_, kth, _) = candidates.select_nth_unstable_by(k - 1, Candidate::order);
-    Some(Estimate { x: kth.x.wide(), index: Some(kth.index), support: k })
+fn kth<T: Real>(kept: &mut Kept<T>, k: usize, level: Level) -> Option<Estimate> {
+    (kept.len() >= k).then(|| {
+        let Candidate { x, index } = kept.nth(k, level);
+        Estimate { x: x.wide(), index: Some(index), support: k }
+    })
 }
 
 /// The mean of the `k` nearest, added from the nearest on.
-fn mean_of_lowest<T: Real>(candidates: &mut [Candidate<T>], k: usize) -> Option<Estimate> {
-    kth(candidates, k)?;
-    let lowest = &mut candidates[..k];
+fn mean_of_lowest<T: Real>(kept: &mut Kept<T>, k: usize, level: Level) -> Option<Estimate> {
+    if kept.len() < k {
+        return None;
+    }
+    kept.thin(k, level);
+    let mut lowest: Vec<Candidate<T>> = kept.iter().collect();
     lowest.sort_unstable_by(Candidate::order);
     let x = || lowest.iter().map(|candidate| candidate.x.wide());
     let mean = x().sum::<f64>() / k as f64;
@@ -130,16 +135,21 @@ fn mean_of_lowest<T: Real>(candidates: &mut [Candidate<T>], k: usize) -> Option<
 }
 
 /// NumPy's linear rule: between the two order statistics around `q (n - 1)`, weighed from the nearer one.
-fn quantile<T: Real>(candidates: &mut [Candidate<T>], q: f64) -> Option<f64> {
-    let last = candidates.len().checked_sub(1)?;
+fn quantile<T: Real>(kept: &mut Kept<T>, q: f64, level: Level) -> Option<f64> {
+    let last = kept.len().checked_sub(1)?;
     let place = q * last as f64;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "q is in [0, 1]")]
     let below = (place.floor() as usize).min(last);
-    let (_, low, above) = candidates.select_nth_unstable_by(below, Candidate::order);
-    let low = low.x.wide();
-    let high = above.iter().map(|candidate| candidate.x.wide()).fold(f64::INFINITY, f64::min);
+    let nearer = kept.nth(below + 1, level).x;
+    let low = nearer.wide();
     let weight = place - below as f64;
-    if weight == 0.0 || high == low {
+    if weight == 0.0 {
+        return Some(low);
+    }
+    // The next may be as near.
+    let (count, next) = kept.cut(nearer.above(), level);
+    let high = if count > below + 1 { low } else { next.wide() };
+    if high == low {
         return Some(low);
     }
     // From whichever end is nearer, as NumPy does, so that the result never leaves the interval.
@@ -151,23 +161,38 @@ fn quantile<T: Real>(candidates: &mut [Candidate<T>], q: f64) -> Option<f64> {
 }
 
 /// The nearest not below the fence.
-fn fenced<T: Real>(candidates: &mut [Candidate<T>], factor: f64) -> Option<Estimate> {
-    let (first, third) = (quantile(candidates, 0.25)?, quantile(candidates, 0.75)?);
+fn fenced<T: Real>(kept: &mut Kept<T>, factor: f64, level: Level) -> Option<Estimate> {
+    let (first, third) = (quantile(kept, 0.25, level)?, quantile(kept, 0.75, level)?);
     let range = third - first;
     let spread = if range.is_finite() { factor * range } else { factor * third - factor * first };
     let fence = first - spread;
-    let inside = || candidates.iter().filter(|candidate| candidate.x.wide() >= fence);
-    let nearest = inside().min_by(|a, b| a.order(b))?;
-    Some(Estimate { x: nearest.x.wide(), index: Some(nearest.index), support: inside().count() })
+    if fence.is_nan() {
+        return None; // a spread beyond the largest number
+    }
+    let (outside, _) = kept.cut(T::not_below(fence), level);
+    let Candidate { x, index } = kept.nth(outside + 1, level);
+    Some(Estimate { x: x.wide(), index: Some(index), support: kept.len() - outside })
 }
 
 /// The nearest with `points` candidates within `gap` behind it.
-fn supported<T: Real>(candidates: &mut [Candidate<T>], points: usize, gap: f64) -> Option<Estimate> {
-    candidates.sort_unstable_by(Candidate::order);
-    let enough = |pair: &[Candidate<T>]| pair[points - 1].x.wide() <= pair[0].x.wide() + gap;
-    let at = candidates.windows(points).position(enough)?;
-    let nearest = candidates[at];
-    let limit = nearest.x.wide() + gap;
-    let support = candidates[at..].partition_point(|candidate| candidate.x.wide() <= limit);
-    Some(Estimate { x: nearest.x.wide(), index: Some(nearest.index), support })
+fn supported<T: Real>(kept: &mut Kept<T>, points: usize, gap: f64, level: Level) -> Option<Estimate> {
+    /// So many times as many of the nearest are sorted as are asked for, then so many times more.
+    const MORE: usize = 8;
+    let enough = |pair: &[T]| pair[points - 1].wide() <= pair[0].wide() + gap;
+    let mut some = points;
+    while kept.len() >= points {
+        some = some.saturating_mul(MORE).min(kept.len());
+        let limit = kept.nth(some, level).x;
+        let mut nearest = kept.up_to(limit);
+        nearest.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+        if let Some(at) = nearest.windows(points).position(enough) {
+            let x = nearest[at];
+            let (reached, _) = kept.cut(T::not_above(x.wide() + gap).above(), level);
+            return Some(Estimate { x: x.wide(), index: Some(kept.nth(at + 1, level).index), support: reached - at });
+        }
+        if some == kept.len() {
+            break;
+        }
+    }
+    None
 }

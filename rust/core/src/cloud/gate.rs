@@ -1,6 +1,6 @@
 //! Which points count: a corridor ahead, above the road, bright enough.
 
-use super::points::{Points, Row};
+use super::points::Points;
 use super::road::Road;
 use crate::error::{Error, finite, non_negative};
 use crate::real::Real;
@@ -125,19 +125,6 @@ impl Gate {
         (low, high)
     }
 
-    /// A box cut off at a distance ahead. The distance along a curved path is not in the box.
-    pub(super) fn nearer_than<T: Real>(&self, cap: T, (mut low, mut high): ([T; 4], [T; 4])) -> ([T; 4], [T; 4]) {
-        let Axis { column, flipped } = self.axes[0];
-        if self.is_straight() {
-            if flipped {
-                low[column] = if T::ZERO - cap > low[column] { T::ZERO - cap } else { low[column] };
-            } else {
-                high[column] = if cap < high[column] { cap } else { high[column] };
-            }
-        }
-        (low, high)
-    }
-
     /// A stored point as (forward, left, up).
     #[inline(always)]
     pub(super) fn oriented<T: Real>(&self, stored: [T; 3]) -> [T; 3] {
@@ -176,44 +163,31 @@ fn interval(argument: &'static str, (low, high): Interval) -> Result<(), Error> 
     Err(Error::new(argument, format!("must be (low, high) with low <= high, got ({low}, {high})")))
 }
 
-/// What a box in the stored columns cannot say of a point.
+/// What neither a box in the stored columns nor an intensity can say of a point: where it is on a curve, or above a road.
 #[derive(Clone, Copy)]
-pub(super) struct Rest<'a, T> {
-    gate: &'a Gate,
-    row: Row<'a, T>,
-    intensity: Option<Interval>,
-}
+pub(super) struct Rest<'a>(&'a Gate);
 
-impl<'a, T: Real> Rest<'a, T> {
-    /// The rest of a gate. `boxed_intensity` says that the box sees to the intensity already.
-    pub(super) fn new(gate: &'a Gate, row: Row<'a, T>, boxed_intensity: bool) -> Self {
-        Rest { gate, row, intensity: gate.intensity.filter(|_| !boxed_intensity) }
+impl<'a> Rest<'a> {
+    /// The rest of a gate, if it has one.
+    pub(super) fn new(gate: &'a Gate) -> Option<Self> {
+        (!gate.is_straight() || gate.above.is_some()).then_some(Rest(gate))
     }
 
-    /// Whether there is nothing left to ask.
-    pub(super) fn is_empty(&self) -> bool {
-        self.intensity.is_none() && self.gate.is_straight() && self.gate.above.is_none()
-    }
-
-    /// The distance ahead of point `i` of the row, which is in the box and stored like this, if it is in the gate.
+    /// The distance ahead of a point that is in the box and stored like this, if it is in the gate.
     #[inline(always)]
-    pub(super) fn admit(&self, i: usize, stored: [T; 3]) -> Option<T> {
-        if let (Some(bounds), Some(intensity)) = (self.intensity, self.row.intensity)
-            && !intensity.within(i, bounds)
-        {
-            return None;
-        }
-        let [x, y, z] = self.gate.oriented(stored);
-        if let Some((road, height)) = &self.gate.above
+    pub(super) fn admit<T: Real>(self, stored: [T; 3]) -> Option<T> {
+        let Rest(gate) = self;
+        let [x, y, z] = gate.oriented(stored);
+        if let Some((road, height)) = &gate.above
             && !inside(road.height(x.wide(), y.wide(), z.wide()), *height)
         {
             return None;
         }
-        if self.gate.is_straight() {
+        if gate.is_straight() {
             return Some(x);
         }
-        let (along, offset) = self.gate.along_path(x.wide(), y.wide());
-        (inside(along, self.gate.x) && inside(offset, self.gate.y)).then(|| T::of(along))
+        let (along, offset) = gate.along_path(x.wide(), y.wide());
+        (inside(along, gate.x) && inside(offset, gate.y)).then(|| T::of(along))
     }
 }
 

@@ -10,13 +10,15 @@ mod cluster;
 mod collect;
 mod estimator;
 mod gate;
+mod kept;
+mod order;
 mod points;
 mod road;
 mod shrinking;
 mod tracker;
 mod tree;
 
-use candidates::{Candidate, Candidates, Estimate};
+use candidates::{Candidates, Estimate};
 pub use {
     alignment::{Alignment, Cell, Profile, Sighting, Trend, trend},
     estimator::Estimator,
@@ -79,11 +81,11 @@ pub fn robust_min_x<T: Real>(
     let Candidates { count, mut kept, .. } = Candidates::gather(points, gate, estimator.wanted(), level, threads);
     let nothing =
         MinX { x: f64::NAN, nearest_x: f64::NAN, candidates: 0, support: 0, index: None, detection: Detection::NoData };
-    let Some(nearest) = kept.iter().copied().min_by(Candidate::order) else {
+    if kept.len() == 0 {
         let clear = MinX { x: f64::INFINITY, nearest_x: f64::INFINITY, detection: Detection::Clear, ..nothing };
         return Ok(if any_valid(&points) { clear } else { nothing });
-    };
-    let seen = MinX { nearest_x: nearest.x.wide(), candidates: count, ..nothing };
+    }
+    let seen = MinX { nearest_x: kept.nth(1, level).x.wide(), candidates: count, ..nothing };
     Ok(match estimator.estimate(&mut kept, &points, gate, level) {
         None => MinX { detection: Detection::TooFew, ..seen },
         Some(Estimate { x, index, support }) => MinX { x, index, support, detection: Detection::Found, ..seen },

@@ -2,9 +2,9 @@
 
 use crate::column::{Column, Fours, Records, Source, Table};
 use crate::error::Error;
-use crate::lanes::LANES;
+use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::simd::{Instructions, Sieve, whole_points};
+use crate::simd::{Instructions, Sieve, bit_of_each_point};
 use std::ops::Range;
 
 /// Points in somebody else's memory. Rows are the rows of an organised cloud; any other cloud has one.
@@ -195,22 +195,27 @@ pub(super) trait Layout<T>: Copy {
     type Bounds: Copy;
     /// Bounds on each stored column: x, y, z, and the fourth number of a record.
     fn bounds(low: [T; 4], high: [T; 4]) -> Self::Bounds;
-    /// The points that can be read as lanes; a whole number of times `LANES`.
+    /// How many points, from the first on, can be read as lanes.
+    fn readable(&self) -> usize;
+    /// Those of them that are read best, in whole groups of lanes.
     fn whole(&self) -> Range<usize>;
     /// The same bounds, for `may_hold`; on the fourth number only if `fourth`.
     fn sieve(low: [T; 4], high: [T; 4], fourth: bool) -> Sieve<T>;
     /// Whether any of the points `at .. at + LANES` may be inside: no is certain, and quicker to find out than yes.
     fn may_hold<I: Instructions>(&self, simd: I, at: usize, sieve: &Sieve<T>) -> bool;
     /// A bit for each of the points `at .. at + LANES` inside the bounds on x, y and z, and if `fourth` on the fourth
-    /// number of its record too; in order, with or without gaps.
-    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u64;
-    /// Which point, from `at` on, a bit stands for.
-    fn place(bit: usize) -> usize;
+    /// number of its record too.
+    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u16;
+    /// The column that is forward, of the points `at .. at + LANES`.
+    fn forward(&self, at: usize) -> Lanes<T>;
 }
 
 /// Points whose columns lie anywhere.
 #[derive(Clone, Copy)]
-pub(super) struct Columns<S>(pub [S; 3]);
+pub(super) struct Columns<S> {
+    pub xyz: [S; 3],
+    pub forward: S,
+}
 
 impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
     type Bounds = [[[T; LANES]; 2]; 3];
@@ -220,8 +225,13 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
     }
 
     #[inline(always)]
+    fn readable(&self) -> usize {
+        self.xyz[0].len()
+    }
+
+    #[inline(always)]
     fn whole(&self) -> Range<usize> {
-        0..self.0[0].len() / LANES * LANES
+        0..self.readable() / LANES * LANES
     }
 
     fn sieve(_: [T; 4], _: [T; 4], _: bool) -> Sieve<T> {
@@ -234,18 +244,17 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
     }
 
     #[inline(always)]
-    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, _: bool) -> u64 {
-        let [x, y, z] = &self.0;
+    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, _: bool) -> u16 {
+        let [x, y, z] = &self.xyz;
         let [[x_low, x_high], [y_low, y_high], [z_low, z_high]] = bounds;
-        let inside = T::within(simd, &x.lanes(at), x_low, x_high)
+        T::within(simd, &x.lanes(at), x_low, x_high)
             & T::within(simd, &y.lanes(at), y_low, y_high)
-            & T::within(simd, &z.lanes(at), z_low, z_high);
-        inside.into()
+            & T::within(simd, &z.lanes(at), z_low, z_high)
     }
 
     #[inline(always)]
-    fn place(bit: usize) -> usize {
-        bit
+    fn forward(&self, at: usize) -> Lanes<T> {
+        self.forward.lanes(at)
     }
 }
 
@@ -254,7 +263,11 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
 /// Sixteen numbers are four points. All are compared at once, each with the bounds of its column; then the four bits of each
 /// of sixteen points are folded into one.
 #[derive(Clone, Copy)]
-pub(super) struct Packed<F>(pub F);
+pub(super) struct Packed<F> {
+    pub records: F,
+    /// The same, beginning with the forward number.
+    pub forward: F,
+}
 
 impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
     type Bounds = [[T; LANES]; 2];
@@ -264,10 +277,15 @@ impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
     }
 
     #[inline(always)]
-    fn whole(&self) -> Range<usize> {
+    fn readable(&self) -> usize {
         // The last record may end before its fourth number would.
-        let readable = self.0.records().saturating_sub(1);
-        let first = self.0.unaligned().min(readable);
+        self.records.records().saturating_sub(1)
+    }
+
+    #[inline(always)]
+    fn whole(&self) -> Range<usize> {
+        let readable = self.readable();
+        let first = self.records.unaligned().min(readable);
         first..first + (readable - first) / LANES * LANES
     }
 
@@ -285,22 +303,27 @@ impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
 
     #[inline(always)]
     fn may_hold<I: Instructions>(&self, simd: I, at: usize, sieve: &Sieve<T>) -> bool {
-        T::may_pass(simd, &self.0.fours(at), sieve)
+        T::may_pass(simd, &self.records.fours(at), sieve)
     }
 
     #[inline(always)]
-    fn inside<I: Instructions>(&self, simd: I, at: usize, [low, high]: &Self::Bounds, fourth: bool) -> u64 {
+    fn inside<I: Instructions>(&self, simd: I, at: usize, [low, high]: &Self::Bounds, fourth: bool) -> u16 {
         // Spelled out: through a closure the instructions behind `simd` would not be inlined.
-        let [a, b, c, d] = self.0.fours(at);
+        let [a, b, c, d] = self.records.fours(at);
         let bits = u64::from(T::within(simd, &a, low, high))
             | u64::from(T::within(simd, &b, low, high)) << 16
             | u64::from(T::within(simd, &c, low, high)) << 32
             | u64::from(T::within(simd, &d, low, high)) << 48;
-        whole_points(if fourth { bits } else { bits | 0x8888_8888_8888_8888 })
+        bit_of_each_point(if fourth { bits } else { bits | 0x8888_8888_8888_8888 })
     }
 
     #[inline(always)]
-    fn place(bit: usize) -> usize {
-        bit / 4
+    fn forward(&self, at: usize) -> Lanes<T> {
+        let fours: [Lanes<T>; 4] = self.forward.fours(at);
+        let mut first = [T::ZERO; LANES];
+        for i in 0..LANES {
+            first[i] = fours[i / 4][i % 4 * 4];
+        }
+        first
     }
 }

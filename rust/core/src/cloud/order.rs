@@ -1,0 +1,183 @@
+//! Which of many distances is the n-th smallest, found by counting.
+//!
+//! Values stay where they are, in groups of lanes with positive infinity in what is left of the last one. A bound is halved
+//! until as many are within it as are asked for: each step is a pass over lanes without a branch, and steps are about as many
+//! as bits in the number of values, for any order of them. Ties may take as many as a number has bits.
+
+use crate::lanes::{LANES, Lanes, least};
+use crate::real::Real;
+use crate::simd::{Instructions, Kernel};
+
+/// One of the values, and where it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Found<T> {
+    pub x: T,
+    pub place: usize,
+}
+
+/// Looks for the `n`-th smallest, from 1; of equal values the one with the lower place comes first.
+pub(super) struct Nth<'a, T> {
+    /// At least `n` of them finite, and no NaN.
+    pub values: &'a [Lanes<T>],
+    pub n: usize,
+}
+
+impl<T: Real> Kernel for Nth<'_, T> {
+    type Output = Found<T>;
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, simd: I) -> Found<T> {
+        let Nth { values, n } = self;
+        let mut low = not_below(simd, values, T::ZERO - T::MAX);
+        if n == 1 {
+            return equal(simd, values, low, 0);
+        }
+        let mut x = low;
+        if up_to(values, low) < n {
+            let mut high = greatest(values, T::MAX);
+            // Fewer than `n` are up to `low`, and at least `n` up to `high`.
+            x = loop {
+                let Some(middle) = T::between(low, high) else { break high };
+                let count = up_to(values, middle);
+                if count == n {
+                    break greatest(values, middle);
+                }
+                (low, high) = if count < n { (middle, high) } else { (low, middle) };
+            };
+        }
+        equal(simd, values, x, n - 1 - up_to(values, x.below()))
+    }
+}
+
+/// How many values are below a limit, and the least that is not.
+pub(super) struct Cut<'a, T> {
+    pub values: &'a [Lanes<T>],
+    pub limit: T,
+}
+
+impl<T: Real> Kernel for Cut<'_, T> {
+    type Output = (usize, T);
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, simd: I) -> (usize, T) {
+        (up_to(self.values, self.limit.below()), not_below(simd, self.values, self.limit))
+    }
+}
+
+/// How many values are at most `limit`.
+#[inline(always)]
+fn up_to<T: Real>(values: &[Lanes<T>], limit: T) -> usize {
+    /// So many groups at a time are counted exactly in the lanes.
+    const GROUPS: usize = 1 << 16;
+    let (one, mut total) = (T::of(1.0), 0);
+    for some in values.chunks(GROUPS) {
+        let mut counts = [T::ZERO; LANES];
+        for x in some {
+            for lane in 0..LANES {
+                counts[lane] = counts[lane] + if x[lane] <= limit { one } else { T::ZERO };
+            }
+        }
+        let mut half = LANES / 2;
+        while half > 0 {
+            for lane in 0..half {
+                counts[lane] = counts[lane] + counts[lane + half];
+            }
+            half /= 2;
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let counted = counts[0].wide() as usize;
+        total += counted;
+    }
+    total
+}
+
+/// The least value from `limit` on; infinite if there is none.
+#[inline(always)]
+fn not_below<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], limit: T) -> T {
+    let mut lowest = [T::INFINITY; LANES];
+    for x in values {
+        let mut above = [T::INFINITY; LANES];
+        for lane in 0..LANES {
+            above[lane] = if x[lane] >= limit { x[lane] } else { T::INFINITY };
+        }
+        T::keep_least(simd, &mut lowest, &above);
+    }
+    least(lowest)
+}
+
+/// The greatest value up to `limit`, if there is one.
+#[inline(always)]
+fn greatest<T: Real>(values: &[Lanes<T>], limit: T) -> T {
+    let mut highest = [T::ZERO - T::MAX; LANES];
+    for x in values {
+        for lane in 0..LANES {
+            let counts = (x[lane] <= limit) & (x[lane] > highest[lane]);
+            highest[lane] = if counts { x[lane] } else { highest[lane] };
+        }
+    }
+    let mut negated = [T::ZERO; LANES];
+    for lane in 0..LANES {
+        negated[lane] = T::ZERO - highest[lane];
+    }
+    T::ZERO - least(negated)
+}
+
+/// The value equal to `x` that comes after `skipped` others.
+#[inline(always)]
+fn equal<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], x: T, mut skipped: usize) -> Found<T> {
+    let wanted = [x; LANES];
+    for (group, values) in values.iter().enumerate() {
+        let mut bits = T::within(simd, values, &wanted, &wanted);
+        let count = bits.count_ones() as usize;
+        if skipped < count {
+            for _ in 0..skipped {
+                bits &= bits - 1;
+            }
+            let lane = bits.trailing_zeros() as usize % LANES;
+            return Found { x: values[lane], place: group * LANES + lane };
+        }
+        skipped -= count;
+    }
+    unreachable!("x is one of the values")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cut, Found, Nth};
+    use crate::lanes::{LANES, padded};
+    use crate::real::Real;
+    use crate::simd::Level;
+    use proptest::prelude::*;
+
+    fn check<T: Real>(values: &[T]) {
+        let whole = padded(values.iter().copied(), T::INFINITY);
+        let groups = whole.as_chunks::<LANES>().0;
+        let mut places: Vec<usize> = (0..values.len()).collect();
+        places.sort_by(|a, b| values[*a].wide().partial_cmp(&values[*b].wide()).expect("no NaN")); // stable
+        for level in Level::all() {
+            for (n, &place) in places.iter().enumerate() {
+                let found = level.run(Nth { values: groups, n: n + 1 });
+                assert_eq!(found, Found { x: values[place], place }, "{level}: {} of {values:?}", n + 1);
+                let limit = values[place];
+                let below = values.iter().filter(|x| **x < limit).count();
+                assert_eq!(level.run(Cut { values: groups, limit }), (below, limit), "{level}: {values:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn ties_zeros_of_both_signs_and_the_smallest_numbers() {
+        check(&[0.0_f32, -0.0, 1e-45, -1e-45, 0.0, 1.0, 1.0, f32::MAX, -f32::MAX, 1.0]);
+        check(&[0.0_f64, -0.0, 5e-324, -5e-324, 0.0, 1.0, 1.0, f64::MAX, -f64::MAX, 1.0]);
+        check(&[2.0_f32; 40]);
+    }
+
+    proptest! {
+        #[test]
+        fn of_any_values(values in prop::collection::vec(-1e6_f32..1e6, 1..100), coarse in prop::bool::ANY) {
+            let values: Vec<f32> = values.into_iter().map(|x| if coarse { (x / 2e5).round() } else { x }).collect();
+            check(&values);
+            check(&values.iter().copied().map(f64::from).collect::<Vec<_>>());
+        }
+    }
+}
