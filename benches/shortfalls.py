@@ -35,14 +35,14 @@ _RATES = (
     "at 40 Hz), and what is summed up for a beam does not fit in the registers."
 )
 _HITS = (
-    "Of 1k points (about 140 of them inside the gate) a third is the call (robust_min_x of 1 point, below), a third the "
-    "pass over the groups of points, and a third keeping those inside and finding the k-th smallest of them; the call "
-    "and a bare read of the bytes from Python each take longer than the goal. 20k points are 320 KB, and do not stay in the "
-    "first cache: a bare read of them takes two thirds of the time, and more than the goal."
+    "Of 1k points (about 140 of them inside the gate) a third is the call (robust_min_x of 1 point, below), a third "
+    "the pass over the groups of points, and a third keeping those inside and finding the k-th smallest of them; the "
+    "call and a bare read of the bytes from Python each take longer than the goal. 20k points are 320 KB, and do not "
+    "stay in the first cache: a bare read of them takes two thirds of the time, and more than the goal."
 )
 _GATE = (
-    "A gate that nothing passes takes what a bare read takes, so the bytes bound it. The rest are the call, about 1 us for "
-    "the 580 points of a frame that are inside, and finding an order statistic of them, 0.3 us."
+    "A gate that nothing passes takes what a bare read takes, so the bytes bound it. The rest are the call, about 1 us "
+    "for the 580 points of a frame that are inside, and finding an order statistic of them, 0.3 us."
 )
 _CLUSTER = (
     "About four fifths of it is linking the gated points: half of that a search of a tree for each of about 580, half "
@@ -82,8 +82,8 @@ WHY: dict[tuple[str, str | None], str] = {
         "Every point is inside: each is compared with the gate exactly, and its distance with the bound."
     ),
     ("KthSmallest(k=20) 114k records", "NumPy"): (
-        "The bytes between the fields are read as well, because they lie in the same cache lines: 48 bytes a point. A bare "
-        "read of these bytes takes as long."
+        "The bytes between the fields are read as well, because they lie in the same cache lines: 48 bytes a point. A "
+        "bare read of these bytes takes as long."
     ),
     ("KthSmallest(k=20) 114k", OPEN3D_MINIMUM): (
         "This gate leaves its outlier removal about 440 points of a frame, and the crop takes a third of the time; "
