@@ -35,14 +35,13 @@ _RATES = (
     "at 40 Hz), and what is summed up for a beam does not fit in the registers."
 )
 _HITS = (
-    "Of 1k points (about 140 of them inside the gate) a third is the call (robust_min_x of 1 point, below), a third "
-    "the pass over the groups of points, and a third keeping those inside and finding the k-th smallest of them; the "
-    "call and a bare read of the bytes from Python each take longer than the goal. 20k points are 320 KB, and do not "
-    "stay in the first cache: a bare read of them takes two thirds of the time, and more than the goal."
+    "Of 1k points (about 140 of them inside the gate) a third is the call (robust_min_x of 1 point, below); the call "
+    "and a bare read of the bytes from Python each take longer than the goal. 20k points are 320 KB, and do not stay "
+    "in the first cache: a bare read of them takes two thirds of the time, and more than the goal."
 )
 _GATE = (
-    "A gate that nothing passes takes what a bare read takes, so the bytes bound it. The rest are the call, about 1 us "
-    "for the 580 points of a frame that are inside, and finding an order statistic of them, 0.3 us."
+    "The bytes bound it: a bare read takes nine tenths of the time. The rest are the call, the points inside, and "
+    "finding an order statistic of them, about 3 % of the time."
 )
 _CLUSTER = (
     "About four fifths of it is linking the gated points: half of that a search of a tree for each of about 580, half "
