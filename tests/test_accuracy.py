@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,8 @@ import pytest
 import ttc_fast
 from benches.accuracy import recorded
 from benches.accuracy.approach import CHANGING, GATE, STANDING, STEADY, Approach
-from benches.accuracy.methods import ESTIMATORS, WINDOW, WINDOWS, Line, aligned
+from benches.accuracy.distances import METHODS
+from benches.accuracy.methods import ESTIMATORS, TRACKED, WINDOW, WINDOWS, Line, Tracked, aligned
 from benches.accuracy.scanner import CAR, Pose, Scanner, first_hit, turn
 from benches.accuracy.table import on_recordings, on_simulation, simulate
 
@@ -61,6 +63,16 @@ def test_a_quarter_better_than_any_line(name: str) -> None:
     assert alignment().most <= 0.75 * min(line.most, short.most)
 
 
+@pytest.mark.parametrize("method", METHODS, ids=repr)
+@pytest.mark.parametrize("name", TRACKED)
+def test_a_quarter_better_than_any_tracker_of_distances(name: str, method: Any) -> None:
+    tracked = Tracked(ESTIMATORS[name], method)
+    simulated = on_simulation(tracked, approaches())
+    assert alignment().most <= 0.75 * simulated.most
+    assert simulated.negative == 0
+    assert simulated.inside >= 0.85
+
+
 def test_nothing_that_comes_closer_goes_away() -> None:
     assert alignment().negative == 0
     assert alignment().largest < 0.2
@@ -69,11 +81,28 @@ def test_nothing_that_comes_closer_goes_away() -> None:
 def test_intervals_are_honest() -> None:
     inside = []
     for run in approaches():
-        for frame, seen in zip(run, track(run), strict=True):
-            if seen.closing_speed_interval is not None:
-                low, high = seen.closing_speed_interval
-                inside.append(low <= frame.closing_speed <= high)
+        inside += held(run)
     assert 0.85 <= np.mean(inside) <= 0.95
+
+
+def held(run: Sequence[Frame]) -> list[bool]:
+    """Whether each interval of the closing speed holds the true one."""
+    intervals = [
+        (seen.closing_speed_interval, frame.closing_speed) for seen, frame in zip(track(run), run, strict=True)
+    ]
+    return [each[0] <= speed <= each[1] for each, speed in intervals if each is not None]
+
+
+@pytest.mark.parametrize("pitch", [0.05, 0.1])
+def test_a_car_that_nods(pitch: float) -> None:
+    """Degrees from frame to frame. All cells of a frame are off together then, and no number of points helps."""
+    scanner = Scanner(pitch=math.radians(pitch))
+    steady = [replace(each, scanner=scanner) for each in STEADY]
+    runs = simulate(steady, seeds=4)
+    assert np.mean([inside for run in runs for inside in held(run)]) >= 0.85
+    score = on_simulation(aligned, runs)
+    assert score.most < 0.02
+    assert score.negative == 0
 
 
 def bound(run: Sequence[Frame]) -> float:

@@ -65,6 +65,11 @@ def test_approaches(approach: Approach) -> None:
     assert_parity([frame.points for frame in frames], [frame.stamp for frame in frames], gate=GATE)
 
 
+def test_a_car_that_nods() -> None:
+    frames = Approach("", 12, 2, -3, 0.4, scanner=Scanner(pitch=math.radians(0.1))).frames(seed=3)
+    assert_parity([frame.points for frame in frames], [frame.stamp for frame in frames], gate=GATE)
+
+
 @pytest.mark.parametrize(
     "gate",
     [

@@ -1,4 +1,4 @@
-"""The README's examples run, and print what their comments say."""
+"""The examples of the README and of the documents beside it run, and print what their comments say."""
 
 from __future__ import annotations
 
@@ -10,16 +10,21 @@ import pytest
 README = Path(__file__).parents[1] / "README.md"
 if not README.exists():
     pytest.skip("the README is not beside the tests", allow_module_level=True)
-EXAMPLES = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+DOCUMENTS = [README, *(README.parent / "docs" / name for name in ("camera.md", "tracking.md"))]
+EXAMPLES = [
+    pytest.param(example, id=f"{document.name}: {example.splitlines()[2]}")
+    for document in DOCUMENTS
+    for example in re.findall(r"```python\n(.*?)```", document.read_text(encoding="utf-8"), flags=re.DOTALL)
+]
 
 
 def test_there_are_examples() -> None:
-    assert len(EXAMPLES) >= 2
+    assert len(EXAMPLES) >= 4
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.split("\n")[2])
+@pytest.mark.parametrize("example", EXAMPLES)
 def test_an_example(example: str, capsys: pytest.CaptureFixture[str]) -> None:
-    exec(compile(example, "README.md", "exec"), {})
+    exec(compile(example, "example", "exec"), {})
     printed = capsys.readouterr().out.splitlines()
     prints = [line for line in example.splitlines() if line.startswith("print(")]
     assert len(printed) == len(prints)

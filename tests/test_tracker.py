@@ -343,6 +343,29 @@ def test_noise_may_come_with_each_distance() -> None:
     assert abs(other.closing_speed - 5.0) < abs(one.closing_speed - 5.0) / 10
 
 
+@pytest.mark.parametrize("car", [1.0, 1.5, 3.0])
+def test_heights_in_a_picture(car: float) -> None:
+    """The inverse of a height is a distance but for a factor, and no time depends on that; this car is 1.5 m high."""
+    rng, focal, pixels = np.random.default_rng(12), 720.0, 0.7
+    inside, errors = [], []
+    for _ in range(100):
+        speed, acceleration, start = rng.uniform(1, 12), rng.choice([-2.0, 0.0, 2.0]), rng.uniform(10, 40)
+        tracker = DistanceTracker()
+        for stamp in 0.05 * np.arange(40):
+            true, closing = start - speed * stamp - acceleration * stamp**2 / 2, speed + acceleration * stamp
+            if true < 3:
+                break
+            height = focal * 1.5 / true + rng.normal(0.0, pixels)
+            distance = focal * car / height
+            seen = tracker.update(distance, stamp, noise=distance * pixels / height)
+            if seen.ttc_interval is not None and closing > 0.3:
+                low, high = seen.ttc_interval
+                inside.append(low <= true / closing <= high)
+                errors.append(abs(seen.ttc * closing / true - 1) if seen.status is Status.CLOSING else math.nan)
+    assert 0.9 <= np.mean(inside) <= 0.99
+    assert np.nanmedian(errors) < 0.07
+
+
 def test_threads_may_share_a_tracker() -> None:
     tracker = DistanceTracker()
     start, results = threading.Barrier(4), list[Any]()

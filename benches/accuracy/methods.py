@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 
 import ttc_fast
+from benches.accuracy.distances import METHODS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -31,6 +32,8 @@ ESTIMATORS: dict[str, Any] = {
     "supported": ttc_fast.Supported(10, 0.05),
     "cluster": ttc_fast.Cluster(0.3, 10),
 }
+TRACKED = ("k-th smallest, 10", "5 % quantile", "median")
+"""The default, and the best of the statistics on either kind of data."""
 
 
 class Answer(NamedTuple):
@@ -38,7 +41,7 @@ class Answer(NamedTuple):
 
     ttc: float
     closing_speed: float  # m/s, NaN where it says nothing
-    interval: tuple[float, float] | None = None  # of the closing speed, m/s
+    interval: tuple[float, float] | None = None  # 90 %, of the time; None where it gives none
 
 
 class Method(Protocol):
@@ -83,22 +86,52 @@ class Line:
             yield answer(distance, -slope)
 
 
+@dataclass(frozen=True)
+class Tracked:
+    """One statistic of each cloud, followed by ``DistanceTracker``."""
+
+    estimator: Any
+    method: Any
+
+    def __call__(self, clouds: Sequence[NDArray[Any]], stamps: Sequence[float], gate: ttc_fast.Gate) -> list[Answer]:
+        """Give one answer for each cloud."""
+        tracker = ttc_fast.DistanceTracker(self.method)
+        measured = zip(distances(clouds, gate, self.estimator), stamps, strict=True)
+        return [said(tracker.update(distance, stamp)) for distance, stamp in measured]
+
+
+def said(seen: ttc_fast.TrackedTTC) -> Answer:
+    """What counts of a tracker's answer."""
+    return Answer(seen.ttc, seen.closing_speed, seen.ttc_interval)
+
+
 def aligned(clouds: Sequence[NDArray[Any]], stamps: Sequence[float], gate: ttc_fast.Gate) -> list[Answer]:
     """By ``CloudTracker``."""
     tracker = ttc_fast.CloudTracker(gate)
-    seen = [tracker.update(cloud, stamp) for cloud, stamp in zip(clouds, stamps, strict=True)]
-    return [Answer(each.ttc, each.closing_speed, each.closing_speed_interval) for each in seen]
+    return [said(tracker.update(cloud, stamp)) for cloud, stamp in zip(clouds, stamps, strict=True)]
+
+
+def groups() -> dict[str, dict[str, Method]]:
+    """All but the alignment, by what they make of the statistics, and by name."""
+    return {
+        "two frames": {f"{name}, two frames": Line(estimator) for name, estimator in ESTIMATORS.items()},
+        **{
+            f"line of {window:g} s": {
+                f"{name}, line of {window:g} s": Line(estimator, window) for name, estimator in ESTIMATORS.items()
+            }
+            for window in WINDOWS
+        },
+        "`DistanceTracker`": {
+            f"{name}, {type(method).__name__}": Tracked(ESTIMATORS[name], method)
+            for name in TRACKED
+            for method in METHODS
+        },
+    }
+
+
+ALIGNMENT = "alignment"
 
 
 def methods() -> dict[str, Method]:
     """All of them, by name."""
-    two_frames = {f"{name}, two frames": Line(estimator) for name, estimator in ESTIMATORS.items()}
-    lines = {
-        f"{name}, line of {window:g} s": Line(estimator, window)
-        for window in WINDOWS
-        for name, estimator in ESTIMATORS.items()
-    }
-    return {**two_frames, **lines, ALIGNMENT: aligned}
-
-
-ALIGNMENT = "alignment"
+    return {name: method for group in groups().values() for name, method in group.items()} | {ALIGNMENT: aligned}
