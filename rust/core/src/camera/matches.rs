@@ -45,8 +45,15 @@ impl<T: Real> Matches<T> {
         if len >= MOST {
             return Err(Error::new("previous", format!("must have fewer than {MOST} rows, got {len}")));
         }
-        let matches = (0..len).map(|i| [columns[0].get(i), columns[1].get(i), columns[2].get(i), columns[3].get(i)]);
-        Ok(Self::of(matches.filter(|numbers| numbers.iter().copied().all(is_position)).collect()))
+        let mut rows = Vec::with_capacity(len);
+        for i in 0..len {
+            let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|column: usize| columns[column].get(i));
+            // One by one: as an array they would go through memory, in pieces, and be waited for.
+            if is_position(x0) & is_position(y0) & is_position(x1) & is_position(y1) {
+                rows.push([x0, y0, x1, y1]);
+            }
+        }
+        Ok(Self::of(rows))
     }
 
     /// Some of the matches.
