@@ -9,6 +9,7 @@ import pytest
 from benches.camera.cases import CASES as CAMERA
 from benches.case import Case, Entrant
 from benches.clouds.cases import CASES as CLOUDS
+from benches.clouds.tracking import CASES as TRACKED_CLOUDS
 from benches.paths.cases import CASES as PATHS
 from benches.scans.cases import CASES as SCANS
 from benches.scans.rates import CASES as RATES
@@ -18,7 +19,7 @@ from benches.tracks.cases import CASES as TRACKS
 if TYPE_CHECKING:
     from pytest_benchmark.fixture import BenchmarkFixture
 
-CASES: list[Case] = [*SCANS, *RATES, *CLOUDS, *PATHS, *TRACKS, *CAMERA]
+CASES: list[Case] = [*SCANS, *RATES, *CLOUDS, *TRACKED_CLOUDS, *PATHS, *TRACKS, *CAMERA]
 ENTRANTS = [pytest.param(Entrant(case, name), id=f"{case} {name}") for case in CASES for name in case.names]
 
 

@@ -9,7 +9,7 @@ from benches import native
 from benches.camera import cases as camera
 from benches.clouds import cases as clouds
 from benches.clouds import jobs as estimators
-from benches.clouds import street
+from benches.clouds import street, tracking
 from benches.goal import Goal, at_level, faster, within
 from benches.paths import cases as paths
 from benches.scans import jobs, rates
@@ -73,6 +73,7 @@ GROUPS: list[list[Goal]] = [
     ],
     [_kth(1_000_000, 22), faster(_MILLION, native.READ, 0.9)],
     *(_estimator(case) for case in clouds.EVERY if case.job is not estimators.KTH),
+    *([within(*pair, 3, "the gate pass alone")] for pair in zip(tracking.FOLLOWED, tracking.GATED, strict=True)),
     [
         within(case, _RANDOM, 2, "random order")
         for case in clouds.ORDERS
