@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -90,6 +91,18 @@ def held(run: Sequence[Frame]) -> list[bool]:
         (seen.closing_speed_interval, frame.closing_speed) for seen, frame in zip(track(run), run, strict=True)
     ]
     return [each[0] <= speed <= each[1] for each, speed in intervals if each is not None]
+
+
+@pytest.mark.parametrize("pitch", [0.05, 0.1])
+def test_a_car_that_nods(pitch: float) -> None:
+    """Degrees from frame to frame. All cells of a frame are off together then, and no number of points helps."""
+    scanner = Scanner(pitch=math.radians(pitch))
+    steady = [replace(each, scanner=scanner) for each in STEADY]
+    runs = simulate(steady, seeds=4)
+    assert np.mean([inside for run in runs for inside in held(run)]) >= 0.85
+    score = on_simulation(aligned, runs)
+    assert score.most < 0.02
+    assert score.negative == 0
 
 
 def bound(run: Sequence[Frame]) -> float:

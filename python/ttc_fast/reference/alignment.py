@@ -46,7 +46,11 @@ ACCELERATES = 0.1
 KNOWN_FIT = 2.0
 """How many frames the belief is worth that frames differ by no more than their points do."""
 MISFIT = 2.0
-"""Frames that differ by more than this, as a ratio of variances, do not move by one acceleration."""
+"""Frames that differ by so many times what they scatter, as a ratio of variances, do not move by one acceleration."""
+RUN = 4
+"""Frames of a difference that shows how they scatter."""
+MEDIAN_SQUARE = 0.4549
+"""Median of the square of a normal number."""
 SYSTEMATIC = 0.003
 """Share of a closing speed that it may be off by, because rings pass from cell to cell."""
 FEWEST = 3
@@ -97,11 +101,13 @@ def trend(sightings: Sequence[Sighting], settings: Alignment) -> Trend | None:
     seen = _witnesses(sightings)
     stamps = np.array([sighting.stamp for sighting in sightings])
     edges = np.array([sighting.edge for sighting in sightings])
-    weight, x, noise = _weigh(seen, len(sightings), settings.range_noise)
     time = stamps - stamps[-1]
+    weight, x, position, noise = _weigh(seen, len(sightings), settings.range_noise)
+    total = np.maximum(np.bincount(seen.frame, weight, len(sightings)), 1e-12)
+    scatter = _scatter(time, position, total, noise)
     for first in range(len(sightings)):
-        fit = _fit(seen, time, weight * (seen.frame >= first), x, noise, len(sightings) - first)
-        if fit is None or fit.misfit <= MISFIT or len(sightings) - first <= FEWEST:
+        fit = _fit(seen, time, weight * (seen.frame >= first), x, (noise, scatter), len(sightings) - first)
+        if fit is None or fit.misfit <= MISFIT * scatter or len(sightings) - first <= FEWEST:
             break
     if fit is None:
         return None
@@ -143,8 +149,8 @@ def _witnesses(sightings: Sequence[Sighting]) -> Witnesses:
     )
 
 
-def _weigh(seen: Witnesses, frames: int, range_noise: float) -> tuple[Doubles, Doubles, float]:
-    """Weights of entries, their x with the lean of the surface taken out, and the variance of a point, m^2."""
+def _weigh(seen: Witnesses, frames: int, range_noise: float) -> tuple[Doubles, Doubles, Doubles, float]:
+    """Weights of entries, their x with the lean taken out, the position of each frame, and the variance of a point."""
     cells = len(seen.level) + 1
     position, lean, weight = _start(seen, frames), np.zeros(cells), seen.count
     known = range_noise**2
@@ -164,7 +170,7 @@ def _weigh(seen: Witnesses, frames: int, range_noise: float) -> tuple[Doubles, D
         found = NORMAL**2 * float(np.median(residual)) * len(residual) / free
         noise = (KNOWN_NOISE * known + free * found) / (KNOWN_NOISE + free)
         weight = seen.count * np.clip(1.0 - residual / (BIWEIGHT**2 * noise), 0.0, 1.0) ** 2
-    return weight, seen.x - lean[seen.cell] * seen.rise, noise
+    return weight, seen.x - lean[seen.cell] * seen.rise, position, noise
 
 
 def _start(seen: Witnesses, frames: int) -> Doubles:
@@ -208,6 +214,31 @@ def _lean(seen: Witnesses, surface: Doubles, total: Doubles) -> Doubles:
     return flat
 
 
+def _scatter(time: Doubles, position: Doubles, total: Doubles, noise: float) -> float:
+    """By how much more frames scatter than their points do, as a ratio of variances; at least 1.
+
+    A car that nods sees the body at other heights in each frame, and all cells are off together. Of four frames in a
+    row, the part of the motion that no parabola has (their third difference) should be no more than their points make
+    it. Where somebody begins to brake only the few differences across that moment are larger.
+    """
+    ratios = []
+    for first in range(len(time) - RUN + 1):
+        run = slice(first, first + RUN)
+        if (total[run] <= 1e-9).any():
+            continue
+        apart = np.subtract.outer(time[run], time[run])
+        np.fill_diagonal(apart, 1.0)
+        with np.errstate(all="ignore"):
+            product = apart.prod(axis=1)
+            ratio = (position[run] / product).sum() ** 2 / (noise / (product**2 * total[run])).sum()
+        if np.isfinite(ratio):
+            ratios.append(ratio)
+    if not ratios:
+        return 1.0
+    count, typical = len(ratios), float(np.median(ratios)) / MEDIAN_SQUARE
+    return max((KNOWN_FIT + count * typical) / (KNOWN_FIT + count), 1.0)
+
+
 class Fit(NamedTuple):
     """A motion ``speed t + bend t^2``, and what is not known about its speed."""
 
@@ -217,8 +248,14 @@ class Fit(NamedTuple):
     misfit: float
 
 
-def _fit(seen: Witnesses, time: Doubles, weight: Doubles, x: Doubles, noise: float, frames: int) -> Fit | None:
-    """Regress within cells: a line and a parabola, averaged by how likely they are."""
+def _fit(
+    seen: Witnesses, time: Doubles, weight: Doubles, x: Doubles, noises: tuple[float, float], frames: int
+) -> Fit | None:
+    """Regress within cells: a line and a parabola, averaged by how likely they are.
+
+    ``noises``: the variance of a point, and by how much more frames scatter.
+    """
+    noise, scatter = noises
     cells = len(seen.level) + 1
     total = np.maximum(np.bincount(seen.cell, weight, cells), 1e-12)
 
@@ -244,7 +281,7 @@ def _fit(seen: Witnesses, time: Doubles, weight: Doubles, x: Doubles, noise: flo
     if frames > 3 and known > 0.0:
         bend = told / known
         worse = misfit(y - (ty - tq * bend) / tt * t - bend * q, frames - 3)
-    scale = max(worse, 1.0)
+    scale = max(worse, scatter)
     known, told = known / scale, told / scale
     # x bends by half the acceleration.
     expected = 4.0 / ACCELERATION**2

@@ -35,8 +35,15 @@ struct Sums {
 impl Fit {
     /// Regress within cells, over the last `frames` frames: a line and a parabola, averaged by how likely they are.
     ///
-    /// `weight` is 0 in the frames before those.
-    pub fn new(seen: &Witnesses, time: &[f64], weight: &[f64], x: &[f64], noise: f64, frames: usize) -> Option<Self> {
+    /// `weight` is 0 in the frames before those. `noise` is the variance of a point, and by how much more frames scatter.
+    pub fn new(
+        seen: &Witnesses,
+        time: &[f64],
+        weight: &[f64],
+        x: &[f64],
+        [noise, scatter]: [f64; 2],
+        frames: usize,
+    ) -> Option<Self> {
         let means = Means::new(seen, time, weight, x);
         let mut sums = Sums::default();
         each(seen, time, |i, _, t| {
@@ -63,7 +70,7 @@ impl Fit {
                 dy - slope * dt - bend * dq
             });
         }
-        let scale = misfit.max(1.0);
+        let scale = misfit.max(scatter);
         let (known, told) = (known / scale, told / scale);
         // x bends by half the acceleration.
         let expected = 4.0 / (ACCELERATION * ACCELERATION);

@@ -2,11 +2,13 @@
 //!
 //! A cell of the profile sees the body at distances `x = h + p(t)`: what the body looks like there, and how it moves,
 //! which is the same for all cells. [`profile`] sums up a frame, cell by cell; [`witnesses`] puts the frames of a window
-//! side by side; [`weights`] finds which of them to believe; [`fit`] regresses within cells.
+//! side by side; [`weights`] finds which of them to believe, [`scatter`] how far whole frames are off; [`fit`] regresses within
+//! cells.
 
 mod fit;
 mod lean;
 mod profile;
+mod scatter;
 mod weights;
 mod witnesses;
 
@@ -75,7 +77,7 @@ pub struct Trend {
     pub variance: f64,
 }
 
-/// Frames that differ by more than this, as a ratio of variances, do not move by one acceleration.
+/// Frames that differ by so many times what they scatter, as a ratio of variances, do not move by one acceleration.
 const MISFIT: f64 = 2.0;
 /// Frames that a window is not shortened below.
 const FEWEST: usize = 3;
@@ -86,11 +88,13 @@ pub fn trend(sightings: &[Sighting], range_noise: f64) -> Option<Trend> {
     let last = sightings.last()?.stamp;
     let time: Vec<f64> = sightings.iter().map(|sighting| sighting.stamp - last).collect();
     let seen = Witnesses::new(sightings);
-    let Weighed { mut weight, x, noise } = weights::weigh(&seen, range_noise);
+    let found = weights::weigh(&seen, range_noise);
+    let scatter = scatter::scatter(&seen, &time, &found);
+    let Weighed { mut weight, x, noise, .. } = found;
     let mut frames = sightings.len();
     let fit = loop {
-        let fit = Fit::new(&seen, &time, &weight, &x, noise, frames)?;
-        if fit.misfit <= MISFIT || frames <= FEWEST {
+        let fit = Fit::new(&seen, &time, &weight, &x, [noise, scatter], frames)?;
+        if fit.misfit <= MISFIT * scatter || frames <= FEWEST {
             break fit;
         }
         frames -= 1;

@@ -23,6 +23,8 @@ pub(super) struct Weighed {
     pub weight: Vec<f64>,
     /// Of each entry, with the lean of the surface taken out, m.
     pub x: Vec<f64>,
+    /// Of the body in each frame, m, from any origin.
+    pub position: Vec<f64>,
     /// Variance of a point, m^2.
     pub noise: f64,
 }
@@ -30,14 +32,18 @@ pub(super) struct Weighed {
 /// Surface, positions and weights in turns.
 pub(super) fn weigh(seen: &Witnesses, range_noise: f64) -> Weighed {
     let (entries, cells) = (seen.x.len(), seen.cells());
-    let mut position = start(seen);
     let mut leans = vec![0.0; cells];
-    let mut found = Weighed { weight: seen.count.clone(), x: seen.x.clone(), noise: range_noise * range_noise };
+    let mut found = Weighed {
+        weight: seen.count.clone(),
+        x: seen.x.clone(),
+        position: start(seen),
+        noise: range_noise * range_noise,
+    };
     let free = entries.saturating_sub(cells + seen.frames() - 1).max(1) as f64;
     let mut residual = vec![0.0; entries];
     for _ in 0..ROUNDS {
         let (mut surface, mut total) = (vec![0.0; cells], vec![NOTHING; cells]);
-        for (range, position) in seen.by_frame().zip(&position) {
+        for (range, position) in seen.by_frame().zip(&found.position) {
             for i in range {
                 let (cell, weight) = (seen.cell[i], found.weight[i]);
                 surface[cell] += weight * (found.x[i] - position);
@@ -49,7 +55,7 @@ pub(super) fn weigh(seen: &Witnesses, range_noise: f64) -> Weighed {
         for i in 0..entries {
             found.x[i] = seen.x[i] - leans[seen.cell[i]] * seen.rise[i];
         }
-        for (range, position) in seen.by_frame().zip(&mut position) {
+        for (range, position) in seen.by_frame().zip(&mut found.position) {
             let (mut sum, mut total) = (0.0, NOTHING);
             for i in range.clone() {
                 sum += found.weight[i] * (found.x[i] - surface[seen.cell[i]]);
