@@ -71,7 +71,7 @@ def test_a_cloud_says_what_the_tracker_says() -> None:
         assert (row.closing_low, row.closing_high) == (
             seen.closing_speed_interval or (row.closing_low, row.closing_high)
         )
-    assert [row.command for row in rows][-4:] == [Command.BRAKE] * 4
+    assert [row.command for row in rows][-3:] == [Command.BRAKE] * 3
 
 
 def test_points_on_the_path_are_judged_with_an_outline_and_a_speed() -> None:
