@@ -46,9 +46,10 @@ def test_the_sample_brakes_late_and_stops_in_front_of_the_box() -> None:
 
 
 def test_the_sample_of_clouds_closes_in_as_it_was_made_to() -> None:
-    for row in list(Replay(sample("clouds")))[6:]:
+    for row in list(Replay(sample("clouds")))[7:]:  # before, nobody knows yet that it brakes
+        assert row.closing_low < 4.0 + 5.0 * row.stamp < row.closing_high
         assert row.distance == pytest.approx(14.0 - 4.0 * row.stamp - 2.5 * row.stamp**2, abs=0.06)
-        assert row.closing_speed == pytest.approx(4.0 + 5.0 * row.stamp, rel=0.02)
+        assert row.closing_speed == pytest.approx(4.0 + 5.0 * row.stamp, rel=0.03)
 
 
 def test_demo_replays_both_samples_and_draws_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
