@@ -427,3 +427,16 @@ def test_settings_are_refused_with_the_reason(settings: dict[str, Any], error: t
 def test_inputs_are_refused_with_the_reason(arguments: dict[str, Any], error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=says):
         BrakeController(scan=scanner(outline=OUTLINE)).update(**arguments)
+
+
+def test_a_clock_that_is_set_back_is_never_safe() -> None:
+    scan = ScanTTC(-1.5, 0.01, 301, range_max=30.0, outline=(-0.1, 0.4, -0.15, 0.15))
+    controller = BrakeController(scan=scan)
+    clear, wall = np.full(301, 20.0, np.float32), np.full(301, 0.9, np.float32)
+    for frame in range(10):
+        stamp = 100.0 + 0.025 * frame
+        assert controller.update(stamp, ranges=clear, stamp=stamp, motion=Motion(4.0)).reason is Reason.CLEAR
+    for frame in range(10):
+        stamp = 99.0 + 0.025 * frame
+        decision = controller.update(stamp, ranges=wall, stamp=stamp, motion=Motion(4.0))
+        assert (decision.command, decision.reason) == (Command.BRAKE, Reason.STALE)

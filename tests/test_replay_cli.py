@@ -195,7 +195,8 @@ def test_an_interrupt_ends_cleanly(many: bool, tmp_path: Path) -> None:
     path = write(tmp_path, "bag", drive(3000, 1080))
     out = tmp_path / "rows.csv"
     slow = (
-        "import sys, time; import ttc_fast.logs.ros as ros; from ttc_fast.cli import main;"
+        "import signal, sys, time; import ttc_fast.logs.ros as ros; from ttc_fast.cli import main;"
+        "signal.signal(signal.SIGINT, signal.default_int_handler);"  # which jobs of a script ignore
         "look = ros.BagScans.__iter__;"
         "ros.BagScans.__iter__ = lambda self: (time.sleep(0.005) or frame for frame in look(self));"
         "sys.exit(main(sys.argv[1:]))"

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ttc_fast.brake.command import Command, Counters, Decision, Reason
+from ttc_fast.brake.memory import CLOCK_TOLERANCE
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -56,6 +57,8 @@ def answer(memory: Memory, rules: Rules, now: float, unsafe: Reason | None, over
 def watch(memory: Memory, rules: Rules, now: float) -> Reason | None:
     """Return why what was seen is not enough to be safe, if so."""
     oldest = now - rules.sensor_timeout
+    if memory.frame_at > now + CLOCK_TOLERANCE:  # the clock was set back: how old that frame is, nobody knows
+        return Reason.STALE
     if memory.judged_at >= oldest:  # and so were the others
         return None
     if memory.frame_at == -math.inf:

@@ -11,7 +11,7 @@ from ttc_fast.brake.arguments import finite
 from ttc_fast.brake.command import Command
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.eyes import Eyes, Frame
-from ttc_fast.brake.memory import Memory
+from ttc_fast.brake.memory import CLOCK_TOLERANCE, Memory
 from ttc_fast.brake.rules import Rules
 from ttc_fast.brake.sight import Estimate, Motion
 from ttc_fast.status import Status
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from ttc_fast.brake.scene import Criterion, Judgement, Scene
 
 NO_DATA, CONTACT = Status.NO_DATA, Status.CONTACT  # the look-up of an enum's member takes longer than that of a name
-CLOCK_TOLERANCE = 0.1
-"""s: how far in the future a stamp may lie, because two clocks are never the same."""
 
 
 class BrakeController:

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from ttc_fast.brake.scene import Criterion, Judgement
     from ttc_fast.brake.sight import Estimate, Motion
 
+CLOCK_TOLERANCE = 0.1
+"""s: how far in the future a stamp may lie, because two clocks are never the same."""
+
 
 @dataclass(slots=True)
 class Memory:
@@ -65,10 +68,10 @@ class Memory:
             self.braked_from = motion or self.motion or STANDING
 
     def fresh_motion(self, now: float, timeout: float) -> Motion | None:
-        """Return the newest odometry, unless it is too old."""
-        return self.motion if now - self.motion_at <= timeout else None
+        """Return the newest odometry, unless it is too old, or of a time to come: the clock was set back."""
+        return self.motion if -CLOCK_TOLERANCE <= now - self.motion_at <= timeout else None
 
     def fresh_estimate(self, now: float, timeout: float) -> Estimate | None:
-        """Return the newest second opinion, unless it is too old."""
+        """Return the newest second opinion, unless it is too old, or of a time to come."""
         estimate = self.estimate
-        return estimate if estimate is not None and now - estimate.stamp <= timeout else None
+        return estimate if estimate is not None and -CLOCK_TOLERANCE <= now - estimate.stamp <= timeout else None
