@@ -6,6 +6,7 @@
 //! least iTTC, [`vote`] says which beam counts, [`per_beam`] computes them all. [`swept`] asks of the same beams which is hit
 //! first.
 
+mod formula;
 mod geometry;
 mod per_beam;
 pub mod range_rate;
@@ -15,13 +16,13 @@ mod swept;
 mod tables;
 mod vote;
 
+pub(crate) use {formula::ttc, vote::Best};
 pub use {
     geometry::{Mount, Outline},
     reading::{Counts, LimitsPolicy, TooClose},
     swept::ScanSweptPath,
     vote::{Minimum, Neighbours},
 };
-pub(crate) use {per_beam::ttc, vote::Best};
 use {
     per_beam::{Pace, Scan, Statuses, Times},
     reading::{Census, Rules},

@@ -1,5 +1,6 @@
 //! The time-to-collision of every beam, in the type of the ranges.
 
+use super::formula::meaning;
 use super::reading::Rules;
 use super::tables::{Envelope, Tables};
 use crate::column::{Sink, Source};
@@ -213,20 +214,6 @@ impl<T: Real, S: Source<T>, P: Pace<T>, W: Sink<u8>> Kernel for Statuses<'_, T, 
             out.put_last(at, scan.statuses(whole, scan.ranges.lanes_or(at, T::NAN)));
         }
     }
-}
-
-/// Clearance over closing speed: 0 in contact, infinite where the beam does not close or has no reading.
-#[inline(always)]
-pub(crate) fn ttc<T: Real>(clearance: T, closing: T, min_closing_speed: T) -> T {
-    meaning(clearance / closing, clearance, closing, min_closing_speed)
-}
-
-/// The same, with the quotient at hand.
-#[inline(always)]
-fn meaning<T: Real>(ttc: T, clearance: T, closing: T, min_closing_speed: T) -> T {
-    let ttc = if clearance <= T::ZERO { T::ZERO } else { ttc };
-    let ttc = if closing > min_closing_speed { ttc } else { T::INFINITY };
-    if ttc >= T::ZERO { ttc } else { T::INFINITY }
 }
 
 #[inline(always)]

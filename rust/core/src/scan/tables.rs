@@ -1,7 +1,7 @@
 //! What is known of each beam before a scan arrives.
 
+use super::formula::ttc;
 use super::geometry::{Mount, Outline};
-use super::per_beam::ttc;
 use crate::lanes::{LANES, Lanes, lanes, padded, window};
 use crate::real::Real;
 use std::ops::Range;
