@@ -15,6 +15,7 @@ import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from benches.ros.dds_node import SETTINGS
+from benches.ros.drive import FAR, NEAR, PATIENCE, SPEED, quantiles, resident
 from benches.table import Report, console
 from ttc_fast.ros.dds.encode import HEADER
 from ttc_fast.ros.dds.participant import Participant
@@ -32,11 +33,8 @@ LOOPBACK = (
     '<MaxAutoParticipantIndex>9</MaxAutoParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers>'
     "</Discovery></Domain></CycloneDDS>"
 )
-NEAR, FAR, SPEED = 2.0, 20.0, 4.0
 STORE = get_typestore(Stores.ROS2_JAZZY)
-PATIENCE = 5.0
 WARMING_UP = 500
-QUANTILES = [0.0, 0.5, 0.99]
 
 
 class Sensor:
@@ -83,8 +81,7 @@ class Node:
 
     def resident(self) -> float:
         """Memory in use, MB."""
-        with open(f"/proc/{self._process.pid}/statm", encoding="ascii") as told:
-            return int(told.read().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
+        return resident(self._process.pid)
 
     def end(self) -> list[tuple[float, float]]:
         """End it, and return what it says of its times, us: its own, and sending."""
@@ -127,7 +124,7 @@ def _round_trips(domain: int, kind: str, arguments: argparse.Namespace) -> tuple
     sensor.participant.close()
     own, sending = np.array(node.end()).T
     trips = np.array(took[WARMING_UP:]) * 1e6
-    return (kind, *(f"{each:.0f}" for times in (trips, own, sending) for each in np.quantile(times, QUANTILES)))
+    return (kind, *quantiles(trips), *quantiles(own), *quantiles(sending))
 
 
 def _in_a_loop(domain: int, arguments: argparse.Namespace) -> tuple[str, ...]:
@@ -148,13 +145,7 @@ def _in_a_loop(domain: int, arguments: argparse.Namespace) -> tuple[str, ...]:
         if answers[0][4] != i % 2:
             raise AssertionError(f"the node said {answers} to scan {i}")
     node.close()
-    nothing = [""] * len(QUANTILES)
-    return (
-        "node in a loop",
-        *nothing,
-        *(f"{each:.0f}" for each in np.quantile(took[WARMING_UP:], QUANTILES)),
-        *nothing,
-    )
+    return ("node in a loop", "", "", "", *quantiles(took[WARMING_UP:]), "", "", "")
 
 
 def _soak(domain: int, scans: int, beams: int) -> None:
@@ -162,17 +153,17 @@ def _soak(domain: int, scans: int, beams: int) -> None:
     node, sensor = Node(domain, "node", 1), Sensor(domain, beams)
     sensor.meet()
     unanswered = 0
-    resident: list[float] = []
+    memory: list[float] = []
     for i in range(scans):
         if i % max(scans // 10, 1) == 0:
-            resident.append(node.resident())
-            print(f"{i:8d} scans, {unanswered} unanswered, {resident[-1]:.1f} MB", flush=True)
+            memory.append(node.resident())
+            print(f"{i:8d} scans, {unanswered} unanswered, {memory[-1]:.1f} MB", flush=True)
         sensor.ask(NEAR if i % 2 else FAR, patience=1.0)
         if not sensor.answers:
             unanswered += 1  # a scan may be lost: it is sent with best effort
         elif [answer[4] for answer in sensor.answers] != [i % 2]:
             raise AssertionError(f"the node said {sensor.answers} to scan {i}")
-    lost, grown = sensor.brake.lost, node.resident() - resident[min(1, len(resident) - 1)]
+    lost, grown = sensor.brake.lost, node.resident() - memory[min(1, len(memory) - 1)]
     sensor.participant.close()
     node.end()
     print(f"{scans:8d} scans, {unanswered} unanswered, {lost} answers lost, {grown:+.2f} MB since the first tenth")

@@ -20,6 +20,7 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 
+from benches.ros.drive import FAR, NEAR, PATIENCE, SPEED, quantiles, resident
 from benches.ros.ros1_node import SETTINGS, TimedNode
 from benches.table import Report, console
 from ttc_fast.ros.settings import NodeSettings
@@ -27,10 +28,7 @@ from ttc_fast.ros.settings import NodeSettings
 if TYPE_CHECKING:
     import argparse
 
-NEAR, FAR, SPEED = 2.0, 20.0, 4.0
-PATIENCE = 5.0
 WARMING_UP = 200
-QUANTILES = [0.0, 0.5, 0.99]
 
 
 class Sensor:
@@ -108,8 +106,8 @@ def _round_trips(sensor: Sensor, node: subprocess.Popen[str], arguments: argpars
         trips.append(sensor.ask(NEAR if count % 2 else FAR) * 1e6)
     node.terminate()
     own = json.loads(node.communicate(timeout=30)[0])[-arguments.scans :]
-    row = ("node", *(f"{each:.0f}" for of in (trips, own) for each in np.quantile(of, QUANTILES)))
-    loop = ("node in a loop", "", "", "", *(f"{each:.0f}" for each in np.quantile(_in_a_loop(arguments), QUANTILES)))
+    row = ("node", *quantiles(trips), *quantiles(own))
+    loop = ("node in a loop", "", "", "", *quantiles(_in_a_loop(arguments)))
     legend = (
         f"us, {arguments.scans} scans of {arguments.beams} beams, {arguments.rate:g} a second. The round trip is from "
         "before a scan is published to the right answer read, over loopback between two processes. The own share is "
@@ -163,15 +161,10 @@ def _soak(sensor: Sensor, node: subprocess.Popen[str], arguments: argparse.Names
             sensor.drive()
         sensor.ask(NEAR if count % 2 else FAR)
         if count % max(arguments.soak // 10, 1) == 0:
-            memory.append(_resident(node.pid))
-    memory.append(_resident(node.pid))
+            memory.append(resident(node.pid))
+    memory.append(resident(node.pid))
     rows = [(f"{share * 10} %", f"{each:.2f}") for share, each in enumerate(memory)]
     legend = (
         f"{arguments.soak} scans of {arguments.beams} beams, all answered rightly. Resident memory of the node, MB."
     )
     console().print(Report("Soak over ROS 1", legend, ("after", "memory"), rows).rich())
-
-
-def _resident(pid: int) -> float:
-    with open(f"/proc/{pid}/statm", encoding="ascii") as told:
-        return int(told.read().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
