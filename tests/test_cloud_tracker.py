@@ -215,6 +215,17 @@ def test_contact() -> None:
     assert (seen.status, seen.ttc) == (Status.CONTACT, 0.0)
 
 
+@pytest.mark.parametrize("module", [ttc_fast, reference])
+@pytest.mark.parametrize("points", [3, 400])  # too few for the estimator, and enough
+def test_contact_with_something_new_is_contact_at_once(module: Any, points: int) -> None:
+    tracker = module.CloudTracker(front_offset=4.0)
+    follow(tracker, [wall(30.0)] * 4)
+    seen = tracker.update(wall(3.5, points=points), 0.4)
+    assert (seen.status, seen.ttc, seen.ttc_interval) == (Status.CONTACT, math.inf, None)
+    assert math.isclose(seen.distance, -0.5, abs_tol=0.2)
+    assert math.isnan(seen.closing_speed)
+
+
 def test_irregular_stamps_and_long_runs() -> None:
     rng = np.random.default_rng(3)
     stamps = 1.7e9 + np.cumsum(rng.uniform(0.02, 0.2, 60))

@@ -35,9 +35,10 @@ def history(seed: int, frames: int) -> list[tuple[Any, float, float | None]]:
     out: list[tuple[Any, float, float | None]] = []
     for _ in range(frames):
         step = float(rng.choice([0.1, 0.05, 0.11, 0.0, -0.2, 1.5, 0.6], p=[0.6, 0.12, 0.2, 0.04, 0.01, 0.01, 0.02]))
-        stamp, distance, speed = stamp + step, distance - speed * step, speed + rng.normal(0, 0.2)
+        # Rounded, so that a stamp that comes again is the same, and not later by the last bit.
+        stamp, distance, speed = round(stamp + step, 3), distance - speed * step, speed + rng.normal(0, 0.2)
         if rng.random() < 0.03:
-            distance = rng.uniform(0.5, 60)
+            distance = rng.uniform(-6, 60)
         measured: Any = distance + rng.normal(0, 0.03)
         if rng.random() < 0.04:
             measured += rng.uniform(-8, 8) * rng.choice([0.05, 1.0])

@@ -59,6 +59,20 @@ def test_contact_is_0_while_closing_and_inf_while_opening(module: Any) -> None:
     assert away[-1].ttc == math.inf
 
 
+@every_module
+@pytest.mark.parametrize("distance", [0.0, -0.0, -0.3])
+def test_contact_with_something_new_is_contact_at_once(module: Any, distance: float) -> None:
+    """The first frame ever, one after a long gap, and one nearer than what was there."""
+    trackers = [module.DistanceTracker() for _ in range(3)]
+    fed(trackers[1], [5.0] * 9)
+    fed(trackers[2], [5.0] * 9)
+    for tracker, stamp in zip(trackers, (0.0, 9.0, 0.9), strict=True):
+        seen = tracker.update(distance, stamp)
+        assert (seen.status, seen.ttc, seen.distance) == (Status.CONTACT, math.inf, distance)
+        assert seen.ttc_interval is None
+        assert math.isnan(seen.closing_speed)
+
+
 @every_method
 def test_a_nearer_car_leads_at_once(method: Any) -> None:
     tracker = DistanceTracker(method, noise=0.03)

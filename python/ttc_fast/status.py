@@ -7,7 +7,8 @@ class Status(IntEnum):
     """What a time-to-collision means.
 
     A float cannot say whether nothing is there or nothing was seen, so a status stands beside it. The values are fixed;
-    in arrays they are uint8. When several hold, the largest wins, except that CONTACT outranks TOO_FEW.
+    in arrays they are uint8. When several hold, the largest wins, except that CONTACT outranks TOO_FEW, and in trackers
+    and ``ttc_from_clouds`` WARMING_UP as well: where something touches, that is the more urgent news.
 
     Attributes
     ----------

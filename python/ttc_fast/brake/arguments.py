@@ -9,6 +9,8 @@ from typing import Any
 def number(argument: str, value: Any) -> float:
     """Return ``value`` as a float, if it is a number."""
     try:
+        if isinstance(value, (str, bytes)):
+            raise TypeError
         return float(value)
     except (TypeError, ValueError):
         raise TypeError(f"{argument} must be a number, got {value!r}") from None

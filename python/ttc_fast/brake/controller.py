@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +10,10 @@ from ttc_fast.brake.arguments import finite
 from ttc_fast.brake.command import Command
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.eyes import Eyes, Frame
+from ttc_fast.brake.inputs import checked_estimate, checked_motion, wish_of
 from ttc_fast.brake.memory import CLOCK_TOLERANCE, Memory
 from ttc_fast.brake.rules import Rules
-from ttc_fast.brake.sight import Estimate, Motion
+from ttc_fast.brake.sight import Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ttc_fast import RangeRate, ScanTTC, SweptPath
     from ttc_fast.brake.command import Decision
     from ttc_fast.brake.scene import Criterion, Judgement, Scene
+    from ttc_fast.brake.sight import Estimate
 
 NO_DATA, CONTACT = Status.NO_DATA, Status.CONTACT  # the look-up of an enum's member takes longer than that of a name
 
@@ -197,15 +198,18 @@ class BrakeController:
         """
         now = finite("now", now)
         memory, rules = self._memory, self._rules
+        wish = None if commanded is None else wish_of(commanded)
         if motion is not None:
             self._take(motion, now)
         if estimate is not None:
-            memory.estimate = Estimate(*estimate)
+            estimate = checked_estimate(estimate)
+            if not estimate.saw_nothing:
+                memory.estimate = estimate
         if ranges is not None or points is not None:
             opinion = memory.fresh_estimate(now, rules.sensor_timeout)
-            self._look(Frame(now, finite("stamp", stamp), ranges, points, opinion), commanded)
+            self._look(Frame(now, finite("stamp", stamp), ranges, points, opinion), wish)
         elif estimate is not None and self._eyes.only_estimates:
-            self._look(Frame(now, finite("estimate.stamp", estimate.stamp), None, None, estimate), commanded)
+            self._look(Frame(now, estimate.stamp, None, None, estimate), wish)
         unsafe = watch(memory, rules, now)
         if unsafe is not None and rules.brakes_blind:
             memory.brake(now, None)
@@ -213,17 +217,13 @@ class BrakeController:
 
     def _take(self, motion: Motion, now: float) -> None:
         """Remember the newest odometry."""
-        motion = motion if type(motion) is Motion else Motion(*motion)
-        speed, yaw_rate, lateral_speed, stamp = motion
-        stamp = now if stamp is None else finite("motion.stamp", stamp)
-        if not math.isfinite(speed + yaw_rate + lateral_speed):
-            for name, value in (("speed", speed), ("yaw_rate", yaw_rate), ("lateral_speed", lateral_speed)):
-                finite(f"motion.{name}", value)
+        motion = checked_motion("motion", motion)
+        stamp = now if motion.stamp is None else motion.stamp
         if self._memory.motion_at <= stamp <= now + CLOCK_TOLERANCE:
             self._memory.motion = motion
             self._memory.motion_at = stamp
 
-    def _look(self, frame: Frame, commanded: Motion | float | None) -> None:
+    def _look(self, frame: Frame, wish: Motion | None) -> None:
         """Judge a frame, count its votes, and begin or end braking."""
         memory, rules = self._memory, self._rules
         now, stamp = frame.now, frame.stamp
@@ -240,11 +240,11 @@ class BrakeController:
         memory.criterion, memory.judgement = self._worst(scene)
         memory.rests_in_contact = False
         if scene.status is CONTACT:
-            motion = self._in_contact(frame, motion, wish_of(commanded))
+            motion = self._in_contact(frame, motion, wish)
         value, threshold, _ = memory.judgement
         clear = value >= rules.release_at * threshold
         if clear and memory.braking:
-            clear = self._would_be_clear(frame, motion, wish_of(commanded))
+            clear = self._would_be_clear(frame, motion, wish)
         triggered = value < threshold
         memory.triggers = rules.trigger.cast(memory.triggers, triggered)
         memory.clears = rules.release.cast(memory.clears, clear)
@@ -295,6 +295,8 @@ class BrakeController:
 
     def _would_be_clear(self, frame: Frame, motion: Motion | None, wish: Motion | None) -> bool:
         """Whether a braked vehicle sees nothing on what it would go on with: being slow is not being safe."""
+        if self._eyes.only_estimates:
+            return True  # nobody knows what else would be estimated then
         onward = wish if wish is not None else self._onward(motion)
         if onward is None:
             return True
@@ -357,13 +359,6 @@ class BrakeController:
         except (KeyError, TypeError):
             raise TypeError("state must be what a BrakeController's state() returned") from None
         self._memory = memory
-
-
-def wish_of(commanded: Motion | float | None) -> Motion | None:
-    """Return what is commanded as a motion."""
-    if commanded is None or isinstance(commanded, Motion):
-        return commanded
-    return Motion(finite("commanded", commanded))
 
 
 def moves(motion: Motion | None) -> bool:

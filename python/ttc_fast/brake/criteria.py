@@ -98,8 +98,9 @@ class SweptPathThreshold(TtcThreshold):
 class EstimateThreshold(TtcThreshold):
     """Brake when the second opinion's TTC is below a threshold.
 
-    An estimate whose interval reaches infinity is not sure that anything comes closer: it may warn and never brakes. It
-    cannot see what its tracker or camera does not follow.
+    An estimate whose interval reaches infinity is not sure that anything comes closer: it may warn and never brakes.
+    One in contact is 0 s away, whatever its TTC, unless it surely moves away: the interval of its closing speed, or
+    without one the closing speed, is below 0. It cannot see what its tracker or camera does not follow.
 
     Parameters
     ----------
@@ -124,6 +125,8 @@ class EstimateThreshold(TtcThreshold):
     def judge(self, scene: Scene) -> Judgement:
         if scene.estimate is None:
             return NOTHING
+        if scene.touches:
+            return Judgement(0.0, self.threshold, scene.estimate)
         ttc = scene.estimate.ttc if scene.sure else max(scene.estimate.ttc, self.threshold)
         return Judgement(ttc, self.threshold, scene.estimate)
 
@@ -176,15 +179,14 @@ class StoppingDistance(Criterion):
         nearest = self._needed(scene.path or scene.beams)
         if scene.estimate is None or not scene.sure:
             return nearest
-        estimated = self._needed(scene.estimate)
+        estimated = self._needed(scene.estimate, scene.touches)
         return estimated if estimated.tighter(nearest) else nearest
 
-    def _needed(self, sight: Sight | None) -> Judgement:
-        if sight is None or not (sight.closing_speed > 0.0 and sight.ttc < math.inf):
+    def _needed(self, sight: Sight | None, touches: bool = False) -> Judgement:
+        if sight is None or not (touches or (sight.closing_speed > 0.0 and sight.ttc < math.inf)):
             return NOTHING
-        needed = stopping_distance(
-            sight.closing_speed, deceleration=self.deceleration, reaction_time=self.reaction_time
-        )
+        closing = sight.closing_speed if sight.closing_speed > 0.0 else 0.0
+        needed = stopping_distance(closing, deceleration=self.deceleration, reaction_time=self.reaction_time)
         return Judgement(sight.clearance, needed + self.margin, sight)
 
 
@@ -243,9 +245,13 @@ class RssDistance(Criterion):
         nearest = NOTHING
         if sight is not None and sight.closing_speed > 0.0 and sight.ttc < math.inf:
             nearest = self._needed(sight, sight.closing_speed, 0.0)
-        if target is None or scene.speed is None or not math.isfinite(target.clearance + target.closing_speed):
+        if target is None or scene.speed is None:
             return nearest
-        estimated = self._needed(target, scene.speed, max(scene.speed - target.closing_speed, 0.0))
+        # What touches and does not say how it moves is taken to stand.
+        closing = scene.speed if scene.touches and math.isnan(target.closing_speed) else target.closing_speed
+        if not math.isfinite(target.clearance + closing):
+            return nearest
+        estimated = self._needed(target, scene.speed, max(scene.speed - closing, 0.0))
         return estimated if estimated.tighter(nearest) else nearest
 
     def _needed(self, sight: Sight, rear: float, front: float) -> Judgement:

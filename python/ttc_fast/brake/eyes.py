@@ -96,7 +96,7 @@ class Eyes:
     def look(self, frame: Frame, motion: Motion | None) -> Scene:
         """Look at a new frame: by the vehicle's motion, or by range rate where that is not known."""
         if self.only_estimates:
-            return self._estimate_alone(frame)
+            return self._estimate_alone(frame, motion)
         rated = None
         if self._range_rate is not None and frame.ranges is not None:
             rated = self._range_rate.update(frame.ranges, frame.stamp, 0.0 if motion is None else motion.yaw_rate)
@@ -134,11 +134,14 @@ class Eyes:
         estimate, sure = (None, False) if frame.estimate is None else second_opinion(frame)
         return Scene(over_ground, beams, path, estimate, sure, seen.counts.valid, seen.status, True)
 
-    def _estimate_alone(self, frame: Frame) -> Scene:
+    def _estimate_alone(self, frame: Frame, motion: Motion | None) -> Scene:
         """Take the estimate for all there is to see."""
         if frame.ranges is not None or frame.points is not None:
             raise ValueError("ranges need a scan that reads them, and points need a path: give the controller one")
-        return Scene(None, None, None, *second_opinion(frame), 1, Status.CLEAR, True)
+        sight, sure = second_opinion(frame)
+        status = Status.NO_DATA if sight is None else Status.CLEAR
+        speed = None if motion is None else motion.over_ground
+        return Scene(speed, None, None, sight, sure, 1, status, True)
 
     def _without_motion(self, frame: Frame) -> Scene:
         """Look whether there is anything to see at all, as a vehicle that stands."""
@@ -173,18 +176,21 @@ def on_the_way(seen: Any, index: int, angle: float, distance: float, speed: floa
 
 
 def second_opinion(frame: Frame) -> tuple[Sight | None, bool]:
-    """Return the estimate at the time of the decision, and whether it is sure that something comes closer."""
+    """Return the estimate at the time of the decision, and whether it is sure; see ``Scene``."""
     estimate = frame.estimate
-    if estimate is None:
+    if estimate is None or estimate.saw_nothing:
         return None, False
+    _, ttc, ttc_interval, distance, closing, closing_interval, status = estimate
     age = max(frame.now - estimate.stamp, 0.0)
-    closing = estimate.closing_speed
-    clearance = max(estimate.distance - max(closing, 0.0) * age, 0.0)
-    status = Status.CLOSING if estimate.ttc < math.inf else Status.NOT_CLOSING
-    sure = estimate.ttc < math.inf and (estimate.ttc_interval is None or estimate.ttc_interval[1] < math.inf)
-    sight = Sight(
-        Source.ESTIMATE, max(estimate.ttc - age, 0.0), status, -1, math.nan, estimate.distance, clearance, closing, age
-    )
+    clearance = max(distance - max(closing, 0.0) * age, 0.0)
+    if status is Status.CONTACT or distance <= 0.0:
+        status, clearance = Status.CONTACT, 0.0
+        sure = not (closing if closing_interval is None else closing_interval[1]) < 0.0
+    else:
+        sure = ttc < math.inf and (ttc_interval is None or ttc_interval[1] < math.inf)
+    if status is None:
+        status = Status.CLOSING if ttc < math.inf else Status.NOT_CLOSING
+    sight = Sight(Source.ESTIMATE, max(ttc - age, 0.0), status, -1, math.nan, distance, clearance, closing, age)
     return sight, sure
 
 

@@ -6,9 +6,10 @@ import math
 from enum import Enum
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 
+from ttc_fast.status import Status
+
 if TYPE_CHECKING:
     from ttc_fast.brake.sight import Sight
-    from ttc_fast.status import Status
 
 
 class Scene(NamedTuple):
@@ -25,7 +26,8 @@ class Scene(NamedTuple):
     estimate : Sight or None
         The second opinion.
     sure : bool
-        Whether the second opinion is sure that something comes closer: its interval does not reach infinity.
+        Whether the second opinion is sure that something comes closer: its interval does not reach infinity. In
+        contact, that it is not sure that it moves away: the interval of its closing speed reaches 0.
     returns : int
         Valid readings or points.
     status : Status
@@ -42,6 +44,11 @@ class Scene(NamedTuple):
     returns: int
     status: Status
     judged: bool
+
+    @property
+    def touches(self) -> bool:
+        """Whether the second opinion is in contact, and not sure that it moves away."""
+        return self.sure and self.estimate is not None and self.estimate.status is Status.CONTACT
 
 
 class Judgement(NamedTuple):

@@ -6,8 +6,10 @@ import math
 from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
 
+from ttc_fast.status import Status
+
 if TYPE_CHECKING:
-    from ttc_fast.status import Status
+    from ttc_fast._core import TrackedTTC
 
 
 class Source(IntEnum):
@@ -47,7 +49,7 @@ class Sight(NamedTuple):
     ttc : float
         s, in [0, inf]; the age of the data has been taken off.
     status : Status
-        What the TTC means.
+        What the TTC means. CONTACT of an estimate stands beside the TTC as it was told.
     index : int
         The beam or point; -1 when there is none.
     angle : float
@@ -77,6 +79,8 @@ class Sight(NamedTuple):
         what = "target" if self.source is Source.ESTIMATE else "return"
         where = f"{what} {self.index}" if self.index >= 0 else what
         at = f" at {self.range:.2f} m," if math.isfinite(self.range) else ""
+        if self.source is Source.ESTIMATE and self.status is Status.CONTACT:
+            return f"{where}{at} in contact"
         return (
             f"{where}{at} {self.clearance:.2f} m clear, closing at {self.closing_speed:.2f} m/s, TTC {self.ttc:.2f} s"
         )
@@ -119,7 +123,10 @@ STANDING = Motion(0.0)
 
 
 class Estimate(NamedTuple):
-    """A second opinion, from a tracker or a camera.
+    """A second opinion, from a tracker or a camera. ``Estimate.of`` makes it of what a tracker says.
+
+    It is in contact when its status is CONTACT, or its distance is 0 or below. NO_DATA and INVALID say that nothing was
+    seen: the TTC beside them is not used.
 
     Parameters
     ----------
@@ -133,13 +140,16 @@ class Estimate(NamedTuple):
         m; NaN when not known, as for a camera.
     closing_speed : float
         m/s; NaN when not known.
+    closing_speed_interval : (float, float) or None
+        Its 90 % interval, if known.
+    status : Status or None
+        What the TTC means; None when nobody says.
 
     Examples
     --------
-    >>> from ttc_fast import DistanceTracker, Estimate
-    >>> seen = DistanceTracker(noise=0.02).update(8.0, 0.0)
-    >>> Estimate(0.0, seen.ttc, seen.ttc_interval, seen.distance, seen.closing_speed).distance
-    8.0
+    >>> from ttc_fast import Estimate
+    >>> Estimate(12.0, ttc=1.4, distance=4.2).status is None
+    True
     """
 
     stamp: float
@@ -147,3 +157,49 @@ class Estimate(NamedTuple):
     ttc_interval: tuple[float, float] | None = None
     distance: float = math.nan
     closing_speed: float = math.nan
+    closing_speed_interval: tuple[float, float] | None = None
+    status: Status | None = None
+
+    @property
+    def saw_nothing(self) -> bool:
+        """Whether there is nothing to judge: the status is NO_DATA or INVALID."""
+        return self.status is Status.NO_DATA or self.status is Status.INVALID
+
+    @classmethod
+    def of(cls, tracked: TrackedTTC, stamp: float) -> Estimate:
+        """Return what a tracker said of the frame of ``stamp``, its status included.
+
+        Parameters
+        ----------
+        tracked : TrackedTTC
+            From ``DistanceTracker.update`` or ``CloudTracker.update``.
+        stamp : float
+            The stamp of that frame, s.
+
+        Returns
+        -------
+        Estimate
+
+        Raises
+        ------
+        TypeError
+            If it is nothing that a tracker said.
+
+        Examples
+        --------
+        >>> from ttc_fast import DistanceTracker, Estimate
+        >>> Estimate.of(DistanceTracker().update(8.0, stamp=0.0), 0.0).distance
+        8.0
+        """
+        try:
+            return cls(
+                stamp,
+                tracked.ttc,
+                tracked.ttc_interval,
+                tracked.distance,
+                tracked.closing_speed,
+                tracked.closing_speed_interval,
+                tracked.status,
+            )
+        except AttributeError:
+            raise TypeError(f"tracked must be what a tracker's update() returned, got {tracked!r}") from None

@@ -16,7 +16,7 @@ from ttc_fast.reference.estimators import checked_estimator
 from ttc_fast.reference.gate import candidates, checked_gate
 from ttc_fast.reference.points import cloud
 from ttc_fast.reference.profile import Profile, profile
-from ttc_fast.reference.tracker.answer import TrackedTTC, nothing
+from ttc_fast.reference.tracker.answer import TrackedTTC, nothing, only_where
 from ttc_fast.status import Detection, Status
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ class CloudTracker:
         """Say what is known of the body at its last sighting."""
         trend, sightings = self._present.trend, self._present.sightings
         if trend is None:
-            return nothing(Status.WARMING_UP, sightings[-1].edge - self._front_offset if sightings else math.nan)
+            return only_where(Status.WARMING_UP, sightings[-1].edge - self._front_offset if sightings else math.nan)
         distance, speed = trend.distance - self._front_offset, trend.closing_speed
         spread = NINE_TENTHS * math.sqrt(trend.variance)
         # The first that holds.

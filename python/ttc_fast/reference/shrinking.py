@@ -95,8 +95,8 @@ def ttc_from_clouds(
     cases = {
         Status.NO_DATA: later.detection is Detection.NO_DATA,
         Status.CLEAR: later.detection is Detection.CLEAR,
-        Status.WARMING_UP: not math.isfinite(before),
         Status.CONTACT: now <= 0,
+        Status.WARMING_UP: not math.isfinite(before),
         Status.TOO_FEW: too_few,
         Status.CLOSING: ttc < math.inf,
         Status.NOT_CLOSING: True,

@@ -14,7 +14,6 @@ from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import forward_left_up
 from ttc_fast.replay.judge import Judge, motion_of
 from ttc_fast.replay.row import Row
-from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -81,7 +80,7 @@ class Clouds:
         if self.judge.is_reset(stamp):
             self._tracker = CloudTracker(self.gate, front_offset=self.lidar.front_offset)
         tracked = self._tracker.update(frame.points, stamp)
-        data: dict[str, Any] = {"estimate": estimate_of(tracked, stamp)}
+        data: dict[str, Any] = {"estimate": Estimate.of(tracked, stamp)}
         if self.path is not None:
             data |= {"points": self.obstacles(frame.points), "stamp": stamp}
         decision, scene, _ = self.judge.decide(stamp, motion_of(frame), **data)
@@ -135,7 +134,7 @@ class Distances:
             self._tracker = DistanceTracker()
         tracked = self._tracker.update(frame.distance, frame.stamp)
         motion = None if frame.speed is None else Motion(frame.speed)
-        decision, scene, _ = self.judge.decide(frame.stamp, motion, estimate=estimate_of(tracked, frame.stamp))
+        decision, scene, _ = self.judge.decide(frame.stamp, motion, estimate=Estimate.of(tracked, frame.stamp))
         return row_of(number, frame.stamp, tracked, frame.speed, decision, scene)
 
 
@@ -160,13 +159,6 @@ def _start(front_offset: float) -> str:
     return (
         "from the lidar, so TTC is too long by (lidar to bumper) / closing speed; --front-offset says how far that is"
     )
-
-
-def estimate_of(tracked: TrackedTTC, stamp: float) -> Estimate | None:
-    """Return what the brake is told; nothing where the sensor saw nothing, which the watchdog has to find out."""
-    if tracked.status in (Status.NO_DATA, Status.INVALID):
-        return None
-    return Estimate(stamp, tracked.ttc, tracked.ttc_interval, tracked.distance, tracked.closing_speed)
 
 
 def row_of(

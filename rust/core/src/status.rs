@@ -1,7 +1,7 @@
 //! What stands beside every time-to-collision.
 
 /// What a time-to-collision means. The values are fixed; the largest that holds wins, except that
-/// `Contact` outranks `TooFew`.
+/// `Contact` outranks `TooFew`, and where one body is followed also what says that too little is known of its motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Status {

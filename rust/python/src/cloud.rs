@@ -79,9 +79,9 @@ impl MinX {
 /// ttc : float
 ///     s, in [0, inf]; inf where nothing closes or too little is known.
 /// status : Status
-///     CLEAR: nothing in the gate. NOT_CLOSING, CLOSING. CONTACT: the distance is 0 or below. TOO_FEW: the plain nearest
-///     points were used, because the estimator had too few. WARMING_UP: something is there that the earlier cloud did not
-///     show. NO_DATA: the current cloud holds no valid point.
+///     CLEAR: nothing in the gate. NOT_CLOSING, CLOSING. CONTACT: the distance is 0 or below, whatever the earlier cloud
+///     showed. TOO_FEW: the plain nearest points were used, because the estimator had too few. WARMING_UP: something is
+///     there that the earlier cloud did not show. NO_DATA: the current cloud holds no valid point.
 /// distance : float
 ///     From the bumper to the nearest thing in the current cloud, m. inf when clear, NaN without data.
 /// closing_speed : float

@@ -37,6 +37,11 @@ def nothing(status: Status, distance: float) -> TrackedTTC:
     return TrackedTTC(math.inf, None, distance, math.nan, None, status)
 
 
+def only_where(status: Status, distance: float) -> TrackedTTC:
+    """Nothing but where it is. Contact is the more urgent news than how little else is known."""
+    return nothing(Status.CONTACT if distance <= 0 else status, distance)
+
+
 def answer(posterior: Posterior, quantile: float, closes: bool) -> TrackedTTC:
     """Say what a posterior means; ``closes``: whether the closing speed counts as one."""
     distance, speed = (float(value) for value in posterior.mean)

@@ -9,7 +9,7 @@ from typing import Any
 
 from ttc_fast._core import EstimatedNoise, KalmanCA
 from ttc_fast.reference.arguments import finite, non_negative, number
-from ttc_fast.reference.tracker.answer import TrackedTTC, answer, nothing
+from ttc_fast.reference.tracker.answer import TrackedTTC, answer, nothing, only_where
 from ttc_fast.reference.tracker.filters import Measured, Posterior, filter_of
 from ttc_fast.reference.tracker.noise import NORMAL, NoiseLevel, Whiteness
 from ttc_fast.reference.tracker.standing import Standing
@@ -156,7 +156,7 @@ class DistanceTracker:
         present, rival = self._present, self._rival
         if present is None:
             self._present = Track(self._method, new)
-            return nothing(Status.STALE if had else Status.WARMING_UP, new.distance)
+            return only_where(Status.STALE if had else Status.WARMING_UP, new.distance)
         surprise = self._surprise(present, new)
         if surprise.deviations is not None and not new.own:
             self._noise.learn(surprise.deviations)
@@ -223,7 +223,7 @@ class DistanceTracker:
     def _about(self, track: Track) -> TrackedTTC:
         posterior = track.at(self._newest, self._noise)
         if posterior is None:
-            return nothing(Status.WARMING_UP, track.last.distance)
+            return only_where(Status.WARMING_UP, track.last.distance)
         quantile = NORMAL if track.last.own else self._noise.quantile
         closes = track.standing.closes(posterior, quantile, track.whiteness.factor)
         return answer(posterior, quantile, closes and bool(posterior.mean[1] > self._min_closing_speed))

@@ -59,7 +59,9 @@ pub fn ttc_from_clouds<T: Real>(
     Ok(match current.detection {
         Detection::NoData => CloudTtc { status: Status::NoData, ..seen },
         Detection::Clear => seen,
-        Detection::Found | Detection::TooFew if !before.is_finite() => CloudTtc { status: Status::WarmingUp, ..seen },
+        // Contact is the more urgent news than that nothing tells how it moves.
+        _ if !before.is_finite() && now <= 0.0 => CloudTtc { status: Status::Contact, ..seen },
+        _ if !before.is_finite() => CloudTtc { status: Status::WarmingUp, ..seen },
         Detection::Found | Detection::TooFew => {
             let ttc = ttc_from_distances(before, now, dt)?;
             let status = if now <= 0.0 {

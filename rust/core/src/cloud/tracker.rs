@@ -229,7 +229,7 @@ impl CloudTracker {
         let offset = self.settings.front_offset;
         let Some(trend) = &self.track.present.trend else {
             let edge = self.track.present.sightings.last().map_or(f64::NAN, |last| last.edge);
-            return TrackedTtc::nothing(Status::WarmingUp, edge - offset);
+            return TrackedTtc::only_where(Status::WarmingUp, edge - offset);
         };
         let (distance, speed) = (trend.distance - offset, trend.closing_speed);
         let spread = NINE_TENTHS * trend.variance.sqrt();

@@ -33,6 +33,11 @@ impl TrackedTtc {
         }
     }
 
+    /// Nothing but where it is. Contact is the more urgent news than how little else is known.
+    pub(crate) fn only_where(status: Status, distance: f64) -> Self {
+        TrackedTtc::nothing(if distance <= 0.0 { Status::Contact } else { status }, distance)
+    }
+
     /// What a posterior says; `quantile` is half an interval in standard deviations, and `closes` whether the closing
     /// speed counts as one.
     pub(super) fn new(posterior: Posterior, quantile: f64, closes: bool) -> Self {

@@ -106,7 +106,7 @@ impl DistanceTracker {
         self.forget_what_is_old();
         let Some(mut present) = self.present.take() else {
             self.present = Some(Track::new(self.settings.method, new));
-            return TrackedTtc::nothing(if had { Status::Stale } else { Status::WarmingUp }, new.distance);
+            return TrackedTtc::only_where(if had { Status::Stale } else { Status::WarmingUp }, new.distance);
         };
         let surprise = present.surprise(new, &self.settings, &self.noise);
         if let Some(deviations) = surprise.deviations.filter(|_| !new.own) {
@@ -178,7 +178,7 @@ impl DistanceTracker {
 
     fn about(&self, track: &Track) -> TrackedTtc {
         let Some(posterior) = track.at(self.newest, &self.noise) else {
-            return TrackedTtc::nothing(Status::WarmingUp, track.last.distance);
+            return TrackedTtc::only_where(Status::WarmingUp, track.last.distance);
         };
         let quantile = if track.last.own { super::noise::NORMAL } else { self.noise.quantile() };
         let closes = posterior.closing_speed > self.settings.min_closing_speed

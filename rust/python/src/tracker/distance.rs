@@ -121,9 +121,10 @@ impl DistanceTracker {
     /// -------
     /// TrackedTTC
     ///     ``ttc``, ``distance``, ``closing_speed``, intervals and ``status``: CLOSING. NOT_CLOSING: the gap does not shrink,
-    ///     or not by more than noise may. CONTACT: the distance is 0 or below. WARMING_UP: a target of so few frames that
-    ///     nothing can be said but where it is. LOST: the target is not in this frame; for ``max_gap`` it is taken to go on
-    ///     as it did. STALE: the frame before was longer ago than ``max_gap``, and this one is the first of a new target.
+    ///     or not by more than noise may. CONTACT: the distance is 0 or below, from a target's first frame on. WARMING_UP: a
+    ///     target of so few frames that nothing can be said but where it is. LOST: the target is not in this frame; for
+    ///     ``max_gap`` it is taken to go on as it did. STALE: the frame before was longer ago than ``max_gap``, and this one
+    ///     is the first of a new target.
     ///     INVALID: the frame cannot be used, because its stamp is not finite or not after the one before, or the distance
     ///     is -inf; nothing is remembered of it, and what stands beside is the last answer. NO_DATA: there is no target, and
     ///     nothing was measured. CLEAR: there is no target, and inf says that there is nothing to hit.
