@@ -69,9 +69,10 @@ class Score:
             result = tracker.update(measured, stamp)
             ends = result.ttc_interval or (math.inf, math.inf)
             self.wrong += not 0 <= ends[0] <= result.ttc <= ends[1]
-            if result.status not in JUDGED or math.isnan(speed):
+            interval = result.closing_speed_interval  # None in contact with something new
+            if result.status not in JUDGED or interval is None or math.isnan(speed):
                 continue
-            low, high = result.closing_speed_interval
+            low, high = interval
             self.speeds.append(low <= speed <= high)
             self.times.append(ends[0] <= ttc <= ends[1])
             self.missed += ttc < SOON and result.ttc == math.inf
