@@ -85,7 +85,8 @@ impl<'a, T: Copy> Column<'a, T> {
     #[inline(always)]
     #[must_use]
     pub fn get(&self, i: usize) -> T {
-        assert!(i < self.len, "index {i} of {}", self.len);
+        let len = self.len; // a copy: a message that borrows from `self` would keep all of it in memory
+        assert!(i < len, "index {i} of {len}");
         // SAFETY: i < len was just checked; `from_raw` vouches for the rest.
         unsafe { self.read(i) }
     }
@@ -141,7 +142,12 @@ impl<T: Copy> Source<T> for Column<'_, T> {
 
     #[inline(always)]
     fn lanes_or<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
-        std::array::from_fn(|lane| if at + lane < self.len { self.get(at + lane) } else { fill })
+        let mut numbers = [fill; N];
+        for lane in 0..N.min(self.len.saturating_sub(at)) {
+            // SAFETY: at + lane < len, by the end of the loop.
+            numbers[lane] = unsafe { self.read(at + lane) };
+        }
+        numbers
     }
 }
 

@@ -2,10 +2,11 @@
 //!
 //! For each beam, iTTC is the clearance along it divided by the speed at which the sensor moves along it. The
 //! parts: [`geometry`] says where beams point and how far the vehicle's outline is along them, [`tables`]
-//! keeps that in the forms the kernels read, [`reading`] says what a number in `ranges` means, [`search`] finds the
-//! least iTTC, [`vote`] says which beam counts, [`per_beam`] computes them all. [`swept`] asks of the same beams which is hit
+//! keeps that in the forms the kernels read, [`reading`] says what a number in `ranges` means, [`bound`] says between what an
+//! iTTC must lie, [`search`] finds the least, [`vote`] says which beam counts, [`per_beam`] computes them all. [`swept`] asks of the same beams which is hit
 //! first.
 
+mod bound;
 mod formula;
 mod geometry;
 mod per_beam;
@@ -26,13 +27,13 @@ pub use {
 use {
     per_beam::{Pace, Scan, Statuses, Times},
     reading::{Census, Rules},
-    search::{Bound, Search, Straight, Turning},
-    tables::{Beams, Envelope, Exact, Tables},
+    search::first_hit,
+    tables::{Beams, Exact, Tables},
 };
 
-use crate::column::{Column, ColumnMut, Source};
+use crate::column::{Column, ColumnMut};
 use crate::error::{Error, finite, non_negative};
-use crate::lanes::{LANES, Lanes, groups};
+use crate::lanes::groups;
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
@@ -45,9 +46,6 @@ const MOST_BEAMS: usize = 1 << 22;
 
 /// No vehicle is faster than light, m/s. Keeps every product far from overflow.
 const FASTEST: f64 = 299_792_458.0;
-
-/// Slower than this, m/s, products lose their digits, and bounds would not hold.
-const SLOWEST: f64 = 1e-290;
 
 /// No scanner's range begins farther away than this, m. Keeps bounds finite in `f32` too.
 const FARTHEST: f64 = 1e30;
@@ -301,9 +299,12 @@ impl ScanTtc {
     /// When the number of ranges or the motion makes no sense.
     #[inline(always)]
     pub fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
-        let view = self.view(ranges, motion)?;
-        let (best, _) = view.best();
-        Ok((best.ttc < f64::INFINITY || view.observes()).then_some(best.ttc))
+        let exact = self.exact(ranges.len(), motion)?;
+        let best = match self.settings.minimum {
+            None => first_hit(self.level, ranges, T::prepared(self), exact),
+            Some(minimum) => self.moving(ranges, exact).voted(minimum).0,
+        };
+        Ok((best.closes() || self.moving(ranges, exact).observes()).then_some(best.ttc))
     }
 
     /// The nearest beam in time, and everything that says why.
@@ -346,20 +347,28 @@ impl ScanTtc {
         motion.of_sensor(self.settings.mount).map(|_| ())
     }
 
-    #[inline(always)]
     fn view<'a, T: Range>(&'a self, ranges: Column<'a, T>, motion: Motion) -> Result<View<'a, T>, Error> {
-        self.check_beams("ranges", ranges.len())?;
-        let velocity = motion.of_sensor(self.settings.mount)?;
-        let min_closing_speed = self.settings.min_closing_speed;
-        let exact = Exact { beams: &self.beams, velocity, min_closing_speed };
-        Ok(View {
+        Ok(self.moving(ranges, self.exact(ranges.len(), motion)?))
+    }
+
+    /// One scan in a motion that makes sense.
+    fn moving<'a, T: Range>(&'a self, ranges: Column<'a, T>, exact: Exact<'a>) -> View<'a, T> {
+        View {
             ranges,
             prepared: T::prepared(self),
             exact,
             level: self.level,
             minimum: self.settings.minimum,
             mount: self.settings.mount,
-        })
+        }
+    }
+
+    /// The beams in a motion, if it makes sense and there is a range for each.
+    #[inline(always)]
+    fn exact(&self, ranges: usize, motion: Motion) -> Result<Exact<'_>, Error> {
+        self.check_beams("ranges", ranges)?;
+        let velocity = motion.of_sensor(self.settings.mount)?;
+        Ok(Exact { beams: &self.beams, velocity, min_closing_speed: self.settings.min_closing_speed })
     }
 
     /// Whether an array has one entry for each beam.
@@ -433,7 +442,7 @@ impl<T: Real> Prepared<T> {
     fn new(settings: &Settings, beams: &Beams) -> Self {
         let sensor = (settings.range_min, settings.range_max);
         Prepared {
-            tables: Tables::new(beams, settings.beams, settings.angle_increment),
+            tables: Tables::new(beams, settings.beams),
             rules: Rules::new(sensor, settings.limits, settings.limits_policy, settings.too_close),
         }
     }
@@ -451,10 +460,9 @@ struct View<'a, T> {
 
 impl<T: Real> View<'_, T> {
     /// The deciding beam, and whether a vote (if one was asked for) confirmed it.
-    #[inline(always)]
     fn best(&self) -> (Best, bool) {
         match self.minimum {
-            None => (self.least(), true),
+            None => (first_hit(self.level, self.ranges, self.prepared, self.exact), true),
             Some(minimum) => self.voted(minimum),
         }
     }
@@ -474,40 +482,6 @@ impl<T: Real> View<'_, T> {
     fn closing(&self) -> Vec<Best> {
         let ttc = |beam| Best { ttc: self.exact.ttc(beam, self.usable(beam)), beam };
         (0..self.ranges.len()).map(ttc).filter(Best::closes).collect()
-    }
-
-    #[inline(always)]
-    fn least(&self) -> Best {
-        let (vx, vy) = self.exact.velocity;
-        let fastest = vx.abs() + vy.abs();
-        if fastest <= self.exact.min_closing_speed {
-            return Best::NONE;
-        }
-        if fastest < SLOWEST {
-            return self.closing().into_iter().min_by(Best::order).unwrap_or(Best::NONE);
-        }
-        let Prepared { rules, .. } = self.prepared;
-        if vy == 0.0 && !rules.clamps() {
-            self.least_by(|envelope| Straight::new(envelope, vx))
-        } else {
-            self.least_by(|envelope| Turning::new(envelope, rules, (vx, vy)))
-        }
-    }
-
-    #[inline(always)]
-    fn least_by<'a, B: Bound<T>>(&'a self, bound: impl Fn(&'a Envelope<T>) -> B) -> Best {
-        let Prepared { tables, rules } = self.prepared;
-        let (beams, blocks, exact) = (bound(&tables.beams), bound(&tables.blocks), self.exact);
-        let few: Lanes<T>;
-        let mut ranges = self.ranges;
-        if ranges.len() < LANES {
-            few = ranges.lanes_or(0, T::NAN);
-            ranges = Column::new(&few);
-        }
-        match ranges.dense() {
-            Some(ranges) => self.level.run(Search { ranges, rules, tables, beams, blocks, exact }),
-            None => self.level.run(Search { ranges, rules, tables, beams, blocks, exact }),
-        }
     }
 
     fn per_beam<'o>(&self, pace: impl Pace<T>, out: &mut ColumnMut<'o, T>, status_out: Option<&mut ColumnMut<'o, u8>>) {

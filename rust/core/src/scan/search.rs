@@ -5,177 +5,194 @@
 //!
 //! 1. *Blocks.* Each lane of a block of beams keeps only the least valid reading it sees, and gets a number that is not above
 //!    the true value of any of its beams: that reading, with the least favourable offset and direction among them.
-//! 2. *Groups.* The block with the least bound is looked at first, then every other whose bound does not exceed the best
-//!    value so far. There every beam gets a bound of its own.
-//! 3. *Beams.* A group of beams whose bounds do not exceed the best so far is computed exactly, in `f64` and in lanes.
+//! 2. *A limit.* Each beam of the block with the least bound gets a number that is not below its true value. The least of these
+//!    is the limit: the answer cannot lie above it, and seldom lies far below.
+//! 3. *Groups.* In each block whose bound does not exceed the limit, every beam gets a bound of its own.
+//! 4. *Beams.* Those whose bounds do not exceed the limit are computed exactly, in `f64`, and lower the limit.
 //!
-//! As bounds never lie above the truth, no better beam can be missed, however the bounds were rounded: rounding costs
-//! time, never the answer. Flat walls, where many beams tie within `f32`, are only more groups to compute.
-//!
-//! There are two ways to bound, the same for blocks and beams. Driving straight, closing speed is `speed * cos(angle)`, and
-//! speed is a common factor: the order of the beams does not depend on it, `clearance / |cos|` will do, and `1 / |cos|` is
-//! a table. Any other motion has to divide.
+//! As bounds lie on their side of the truth, no better beam can be missed, however they were rounded: rounding costs
+//! time, never the answer. Flat walls, where many beams tie within `f32`, are only more beams to compute.
 
+use super::Prepared;
+use super::bound::{Bound, Straight, Turning};
 use super::reading::Rules;
 use super::tables::{BLOCKS, Envelope, Exact, Tables, start};
 use super::vote::Best;
-use crate::column::Source;
-use crate::lanes::{LANES, Lanes, each, lanes, least, window};
+use crate::column::{Column, Source};
+use crate::lanes::{LANES, Lanes, each, least};
 use crate::real::Real;
-use crate::simd::{Instructions, Kernel};
+use crate::simd::{Instructions, Kernel, Level};
 use arrayvec::ArrayVec;
 
-/// A number for each lane that is not above the time-to-collision times `scale` of any range from `ranges` up, along any
-/// beam in the lane's envelope; NaN where there cannot be any.
-pub(super) trait Bound<T> {
-    fn lanes(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T>;
-    fn scale(&self) -> f64;
-}
+/// Slower than this, m/s, products lose their digits, and bounds would not hold.
+const SLOWEST: f64 = 1e-290;
 
-/// Bounds for a sensor that moves along the vehicle's x axis, with ranges taken as they are.
-pub(super) struct Straight<'a, T> {
-    inverse: &'a [T],
-    offset: &'a [T],
-    speed: f64,
-}
-
-impl<'a, T: Real> Straight<'a, T> {
-    pub(super) fn new(envelope: &'a Envelope<T>, speed: f64) -> Self {
-        let inverse = if speed > 0.0 { &envelope.inverse_forward } else { &envelope.inverse_reverse };
-        Straight { inverse, offset: &envelope.offset, speed: speed.abs() }
+/// The beam with the least time-to-collision.
+///
+/// All of it is inlined, and lends nothing to what is not: what is lent has to lie in memory, and to write it there and read it
+/// back takes as long as a hundred beams.
+#[inline(always)]
+pub(super) fn first_hit<T: Real>(
+    level: Level,
+    ranges: Column<'_, T>,
+    prepared: &Prepared<T>,
+    exact: Exact<'_>,
+) -> Best {
+    let ((vx, vy), min_closing_speed) = (exact.velocity, exact.min_closing_speed);
+    let fastest = vx.abs() + vy.abs();
+    if fastest <= min_closing_speed {
+        return Best::NONE;
+    }
+    let rules = &prepared.rules;
+    if fastest < SLOWEST {
+        one_by_one(ranges, rules, exact)
+    } else if vy == 0.0 && !rules.clamps() {
+        searched(level, ranges, prepared, exact, |envelope| Straight::new(envelope, vx, min_closing_speed))
+    } else {
+        searched(level, ranges, prepared, exact, |envelope| Turning::new(envelope, rules, (vx, vy), min_closing_speed))
     }
 }
 
-impl<T: Real> Bound<T> for Straight<'_, T> {
-    #[inline(always)]
-    fn lanes(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T> {
-        let (inverse, offset) = (window(self.inverse, at), window(self.offset, at));
-        lanes(|lane| (ranges[lane] - offset[lane]) * inverse[lane])
+#[inline(always)]
+fn one_by_one<T: Real>(ranges: Column<'_, T>, rules: &Rules<T>, exact: Exact<'_>) -> Best {
+    let mut best = Best::NONE;
+    for beam in 0..ranges.len() {
+        let candidate = Best { ttc: exact.ttc(beam, rules.usable(ranges.get(beam)).wide()), beam };
+        best = candidate.or(best);
     }
-
-    #[inline(always)]
-    fn scale(&self) -> f64 {
-        self.speed
-    }
+    best
 }
 
-/// Bounds for any motion and any rules.
-pub(super) struct Turning<'a, T> {
-    envelope: &'a Envelope<T>,
-    farthest: T,
-    velocity: (T, T),
-    slack: T,
-}
-
-impl<'a, T: Real> Turning<'a, T> {
-    pub(super) fn new(envelope: &'a Envelope<T>, rules: &Rules<T>, (vx, vy): (f64, f64)) -> Self {
-        let slack = T::of((vx.abs() + vy.abs()) * (T::SLACK.wide() + envelope.spread.wide())) + T::TINY;
-        Turning { envelope, farthest: rules.clamp.1, velocity: (T::of(vx), T::of(vy)), slack }
+#[inline(always)]
+fn searched<'a, T: Real, B: Bound<T>>(
+    level: Level,
+    ranges: Column<'_, T>,
+    prepared: &'a Prepared<T>,
+    exact: Exact<'a>,
+    bound: impl Fn(&'a Envelope<T>) -> B,
+) -> Best {
+    let Prepared { tables, rules } = prepared;
+    if ranges.len() < LANES {
+        let few: Lanes<T> = ranges.lanes_or(0, T::NAN);
+        return level.run(Search { ranges: Column::new(&few), rules, tables, bound, exact });
     }
-}
-
-impl<T: Real> Bound<T> for Turning<'_, T> {
-    #[inline(always)]
-    fn lanes(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T> {
-        let (cos, sin) = (window(&self.envelope.cos, at), window(&self.envelope.sin, at));
-        let offset = window(&self.envelope.offset, at);
-        let below_one = T::of(1.0) - T::SLACK;
-        lanes(|lane| {
-            let range = if ranges[lane] > self.farthest { self.farthest } else { ranges[lane] };
-            let closing = self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane] + self.slack;
-            let bound = (range - offset[lane]) / closing * below_one;
-            if closing > T::ZERO { bound } else { T::NAN }
-        })
-    }
-
-    #[inline(always)]
-    fn scale(&self) -> f64 {
-        1.0
+    match ranges.dense() {
+        Some(ranges) => level.run(Search { ranges, rules, tables, bound, exact }),
+        None => level.run(Search { ranges, rules, tables, bound, exact }),
     }
 }
 
 /// The search itself.
-pub(super) struct Search<'a, T, S, B> {
+struct Search<'a, T, S, F> {
     /// At least one group of lanes of them.
-    pub ranges: S,
-    pub rules: &'a Rules<T>,
-    pub tables: &'a Tables<T>,
-    /// Of each beam.
-    pub beams: B,
-    /// Of the lanes of each block.
-    pub blocks: B,
-    pub exact: Exact<'a>,
+    ranges: S,
+    rules: &'a Rules<T>,
+    tables: &'a Tables<T>,
+    /// Makes the bounds of an envelope.
+    bound: F,
+    exact: Exact<'a>,
 }
 
-impl<T: Real, S: Source<T>, B: Bound<T>> Kernel for Search<'_, T, S, B> {
+impl<'a, T: Real, S: Source<T>, B: Bound<T>, F: Fn(&'a Envelope<T>) -> B> Kernel for Search<'a, T, S, F> {
     type Output = Best;
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Best {
+        let (beams, blocks) = ((self.bound)(&self.tables.beams), (self.bound)(&self.tables.blocks));
         let mut bounds = ArrayVec::<Lanes<T>, BLOCKS>::new();
-        let mut lowest = [T::INFINITY; LANES];
+        let (mut lowest, mut least_reading) = ([T::INFINITY; LANES], [T::INFINITY; LANES]);
         for block in 0..self.tables.blocks() {
-            let bound = self.bound_of(simd, block);
+            let nearest = self.nearest(simd, block, &mut least_reading);
+            let bound = blocks.below(block * LANES, &nearest);
             T::keep_least(simd, &mut lowest, &bound);
             bounds.push(bound);
         }
-        // The block that promises most comes first: usually the best beam is there, and excludes the other blocks.
-        let lowest = least(lowest);
-        let first = bounds.iter().position(|bound| reaches(simd, bound, lowest));
+        // A reading of -inf may be a hit at any distance down to 0, and is in no block's bound.
+        let minus_infinity = [T::ZERO - T::INFINITY; LANES];
+        let is_too_close = T::within(simd, &least_reading, &minus_infinity, &minus_infinity) != 0;
+        let mut limit = self.first_limit(simd, &bounds, &lowest, &beams);
         let mut best = Best::NONE;
-        for (turn, block) in first.into_iter().chain(0..bounds.len()).enumerate() {
-            let is_new = turn == 0 || first != Some(block);
-            if is_new && reaches(simd, &bounds[block], self.limit(best)) {
-                best = self.decided(simd, block, best);
+        for block in 0..bounds.len() {
+            if is_too_close || reaching(simd, &bounds[block], limit) != 0 {
+                (best, limit) = self.decided(simd, block, &beams, (best, limit));
             }
         }
         best
     }
 }
 
-impl<T: Real, S: Source<T>, B: Bound<T>> Search<'_, T, S, B> {
-    /// Bounds of the least reading that each lane of a block sees.
+impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
+    /// The least reading that each lane of a block sees, of those that may be valid; and of all, into `lowest`.
     #[inline(always)]
-    fn bound_of<I: Instructions>(&self, simd: I, block: usize) -> Lanes<T> {
+    fn nearest<I: Instructions>(&self, simd: I, block: usize, lowest: &mut Lanes<T>) -> Lanes<T> {
         let low = self.rules.range_min;
-        let (mut nearest, mut lowest) = ([T::INFINITY; LANES], [T::INFINITY; LANES]);
+        let mut nearest = [T::INFINITY; LANES];
         for group in self.tables.groups(block) {
             let ranges: Lanes<T> = self.ranges.lanes(start(group, self.ranges.len()));
             let valid = each(ranges, |range| if range >= low { range } else { T::NAN });
             T::keep_least(simd, &mut nearest, &valid);
-            T::keep_least(simd, &mut lowest, &ranges);
+            T::keep_least(simd, lowest, &ranges);
         }
-        // A reading of -inf may be a hit at any distance down to 0.
-        let minus_infinity = T::ZERO - T::INFINITY;
-        let nearest = lanes(|lane| if lowest[lane] == minus_infinity { T::ZERO } else { nearest[lane] });
-        self.blocks.lanes(block * LANES, &nearest)
+        nearest
     }
 
-    /// Bounds above this cannot matter any more. Rounding it to `T` is covered by the slack in the bounds, and
-    /// underflow by `TINY`.
+    /// A limit from the block with the `lowest` bound, which usually has the answer in it.
     #[inline(always)]
-    fn limit(&self, best: Best) -> T {
-        T::of(best.ttc * self.beams.scale()) + T::TINY
+    fn first_limit<I: Instructions>(
+        &self,
+        simd: I,
+        bounds: &[Lanes<T>],
+        lowest: &Lanes<T>,
+        beams: &impl Bound<T>,
+    ) -> T {
+        let promise = least(*lowest);
+        let lane = T::within(simd, lowest, &[promise; LANES], &[promise; LANES]).trailing_zeros() as usize % LANES;
+        let first = bounds.iter().position(|bound| bound[lane] == promise);
+        let mut above = [T::INFINITY; LANES];
+        for group in first.map_or(0..0, |block| self.tables.groups(block)) {
+            let (at, usable) = self.usable(group);
+            T::keep_least(simd, &mut above, &beams.above(at, &usable));
+        }
+        least(above) + T::TINY
     }
 
-    /// The best after the groups of a block that may still matter are computed.
+    /// Where a group begins, and its usable ranges.
     #[inline(always)]
-    fn decided<I: Instructions>(&self, simd: I, block: usize, mut best: Best) -> Best {
+    fn usable(&self, group: usize) -> (usize, Lanes<T>) {
         let rules = *self.rules; // a copy: what lies behind a reference is only read where a lane needs it
+        let at = start(group, self.ranges.len());
+        (at, each(self.ranges.lanes(at), |range| rules.usable(range)))
+    }
+
+    /// The best and the limit after the beams of a block that may still matter are computed.
+    #[inline(always)]
+    fn decided<I: Instructions>(
+        &self,
+        simd: I,
+        block: usize,
+        beams: &impl Bound<T>,
+        (mut best, mut limit): (Best, T),
+    ) -> (Best, T) {
         for group in self.tables.groups(block) {
-            let at = start(group, self.ranges.len());
-            let usable = each(self.ranges.lanes(at), |range| rules.usable(range));
-            if reaches(simd, &self.beams.lanes(at, &usable), self.limit(best)) {
-                let candidate = self.best_of(simd, at, &usable);
-                best = if candidate.closes() && candidate.precedes(&best) { candidate } else { best };
+            let (at, usable) = self.usable(group);
+            let left = reaching(simd, &beams.below(at, &usable), limit);
+            if left != 0 {
+                best = self.best_of(simd, at, &usable, left).or(best);
+                // Rounding it to `T` is covered by the slack in the bounds, and underflow by `TINY`.
+                let new = T::of(best.ttc * beams.scale()) + T::TINY;
+                limit = if new < limit { new } else { limit };
             }
         }
-        best
+        (best, limit)
     }
 
-    /// The best of a group. In lanes, all of its beams cost little more than one.
+    /// The best of the beams of a group that are `left`. Usually that is one; in lanes, all of them cost as much as a few.
     #[inline(always)]
-    fn best_of<I: Instructions>(&self, simd: I, at: usize, ranges: &Lanes<T>) -> Best {
+    fn best_of<I: Instructions>(&self, simd: I, at: usize, ranges: &Lanes<T>, left: u16) -> Best {
+        if left.is_power_of_two() {
+            let lane = left.trailing_zeros() as usize % LANES;
+            return Best { ttc: self.exact.ttc(at + lane, ranges[lane].wide()), beam: at + lane };
+        }
         let ttc = self.exact.ttc_lanes(at, ranges);
         let lowest = least(ttc);
         let ties = f64::within(simd, &ttc, &[lowest; LANES], &[lowest; LANES]);
@@ -183,8 +200,8 @@ impl<T: Real, S: Source<T>, B: Bound<T>> Search<'_, T, S, B> {
     }
 }
 
-/// Whether the bound of any lane is not above `limit`.
+/// For each lane a bit, whether its bound is not above `limit`.
 #[inline(always)]
-fn reaches<T: Real, I: Instructions>(simd: I, bounds: &Lanes<T>, limit: T) -> bool {
-    T::within(simd, bounds, &[T::ZERO - T::INFINITY; LANES], &[limit; LANES]) != 0
+fn reaching<T: Real, I: Instructions>(simd: I, bounds: &Lanes<T>, limit: T) -> u16 {
+    T::within(simd, bounds, &[T::ZERO - T::INFINITY; LANES], &[limit; LANES])
 }

@@ -120,12 +120,7 @@ pub(super) struct Envelope<T> {
 }
 
 /// At most this many blocks, so that their bounds fit on the stack.
-pub(super) const BLOCKS: usize = 256;
-
-/// Blocks are of as many groups as fit in this angle, rad, for what bounds a block has to hold for all its beams;
-/// and of no more than so many, unless there are too many blocks.
-const BLOCK_WIDTH: f64 = 0.3;
-const MOST_GROUPS: usize = 4;
+pub(super) const BLOCKS: usize = 128;
 
 /// Where a group begins. The last group overlaps the one before it rather than be a short one: seeing a beam twice
 /// does no harm, and short loads are slow.
@@ -135,10 +130,10 @@ pub(super) fn start(group: usize, beams: usize) -> usize {
 }
 
 impl<T: Real> Tables<T> {
-    pub(super) fn new(beams: &Beams, count: usize, increment: f64) -> Self {
+    pub(super) fn new(beams: &Beams, count: usize) -> Self {
         let groups = count.div_ceil(LANES);
-        let is_narrow = |size: &usize| increment.abs() * (size * LANES) as f64 <= BLOCK_WIDTH;
-        let block = (1..=MOST_GROUPS).rev().find(is_narrow).unwrap_or(1).max(groups.div_ceil(BLOCKS));
+        // Every block is looked at, and then the groups of one or two: this many cost the least.
+        let block = (groups / 4).isqrt().max(1).max(groups.div_ceil(BLOCKS));
         let seen = (0..groups.div_ceil(block) * LANES).map(|lane| {
             let (first, lane) = (lane / LANES * block, lane % LANES);
             (first..groups.min(first + block)).map(move |group| start(group, count.max(LANES)) + lane)

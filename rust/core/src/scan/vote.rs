@@ -25,6 +25,12 @@ impl Best {
         self.ttc < other.ttc || (self.ttc == other.ttc && self.beam < other.beam)
     }
 
+    /// This one if it comes at all and precedes the other, else the other.
+    #[inline(always)]
+    pub(super) fn or(self, other: Best) -> Best {
+        if self.closes() && self.precedes(&other) { self } else { other }
+    }
+
     pub(crate) fn order(&self, other: &Best) -> std::cmp::Ordering {
         self.ttc.total_cmp(&other.ttc).then(self.beam.cmp(&other.beam))
     }
