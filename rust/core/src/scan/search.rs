@@ -205,3 +205,92 @@ impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
 fn reaching<T: Real, I: Instructions>(simd: I, bounds: &Lanes<T>, limit: T) -> u16 {
     T::within(simd, bounds, &[T::ZERO - T::INFINITY; LANES], &[limit; LANES])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{first_hit, one_by_one};
+    use crate::column::Column;
+    use crate::scan::{LimitsPolicy, Motion, Mount, Outline, Range, ScanTtc, Settings, TooClose};
+    use crate::simd::Level;
+    use proptest::prelude::*;
+
+    const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.45, y_right: -0.15, y_left: 0.15 };
+    const ODD: [f64; 9] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 0.06, 0.2, 1e30, 3e38];
+
+    fn settings() -> impl Strategy<Value = Settings> {
+        let field = (1..700_usize, -4.0..4.0, 0.0..6.3);
+        let rules = (
+            prop::sample::select(vec![0.0, 0.06, 1.0]),
+            prop::sample::select(vec![30.0, f64::INFINITY]),
+            prop::sample::select(vec![None, Some((0.5, 8.0)), Some((0.0, 1e3))]),
+            prop::sample::select(vec![LimitsPolicy::Horizon, LimitsPolicy::Clamp]),
+            prop::sample::select(vec![TooClose::Hit, TooClose::Ignore]),
+        );
+        let car = (prop::sample::select(vec![0.0, 0.01, 1.0, 4.0]), any::<bool>(), -0.1..0.1, -3.2..3.2);
+        (field, rules, car).prop_map(|((beams, angle_min, view), rules, (min_closing_speed, has_outline, y, yaw))| {
+            let (range_min, range_max, limits, limits_policy, too_close) = rules;
+            Settings {
+                range_min,
+                range_max,
+                limits,
+                limits_policy,
+                too_close,
+                min_closing_speed,
+                mount: Mount { x: 0.2, y, yaw },
+                outline: has_outline.then_some(CAR),
+                ..Settings::new(angle_min, (view + 1e-3) / beams as f64, beams)
+            }
+        })
+    }
+
+    fn motion() -> impl Strategy<Value = Motion> {
+        let speed = prop_oneof![-20.0..20.0, prop::sample::select(vec![0.0, 1.0, 5.0, -5.0, 1e-300, 1e-5])];
+        let turn = prop_oneof![3 => Just(0.0), 1 => -3.0..3.0];
+        (speed, turn.clone(), turn).prop_map(|(speed, yaw_rate, lateral_speed)| Motion {
+            speed,
+            yaw_rate,
+            lateral_speed,
+        })
+    }
+
+    /// A wall across, all around, or anything; some readings are odd.
+    fn ranges(settings: &Settings) -> impl Strategy<Value = Vec<f64>> + use<> {
+        let angles: Vec<f64> = settings.angles().map(|angle| angle + settings.mount.yaw).collect();
+        let reading = prop_oneof![20 => (0.0..1.0).prop_map(Ok), 1 => prop::sample::select(ODD.to_vec()).prop_map(Err)];
+        (0..3_u8, 0.2..20.0, prop::collection::vec(reading, angles.len())).prop_map(move |(kind, far, readings)| {
+            let ordinary = |chance: f64, angle: f64| match kind {
+                0 => far / angle.cos().abs(),
+                1 => far,
+                _ => far * chance,
+            };
+            readings
+                .iter()
+                .zip(&angles)
+                .map(|(reading, angle)| reading.map_or_else(|odd| odd, |u| ordinary(u, *angle)))
+                .collect()
+        })
+    }
+
+    fn agrees<T: Range>(settings: &Settings, ranges: &[f64], motion: Motion) {
+        let ranges: Vec<T> = ranges.iter().map(|range| T::of(*range)).collect();
+        for level in Level::all() {
+            let scan = ScanTtc::new(settings.clone(), level).expect("the settings make sense");
+            let exact = scan.exact(ranges.len(), motion).expect("the motion makes sense");
+            let prepared = T::prepared(&scan);
+            let expected = one_by_one(Column::new(&ranges), &prepared.rules, exact);
+            assert_eq!(first_hit(level, Column::new(&ranges), prepared, exact), expected, "{level}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1000))]
+        #[test]
+        fn the_search_finds_what_every_beam_by_itself_gives(
+            (settings, motion, ranges) in (settings(), motion())
+                .prop_flat_map(|(settings, motion)| { let ranges = ranges(&settings); (Just(settings), Just(motion), ranges) })
+        ) {
+            agrees::<f32>(&settings, &ranges, motion);
+            agrees::<f64>(&settings, &ranges, motion);
+        }
+    }
+}
