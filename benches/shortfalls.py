@@ -11,10 +11,11 @@ if TYPE_CHECKING:
     from benches.goal import Goal
 
 _SHORT_SCAN = (
-    "Part of it is the call itself (scan.min of 1 beam, below). Of 1080 beams, the kernel alone takes about 230 ns: 60 "
-    "of them any number of beams takes, to pass its arguments and to decide in float64 the sixteen beams that promise "
-    "most; 60 more the pass over the readings; the rest bounds of 17 blocks, and on average 1.8 further groups of "
-    "sixteen to decide. The same scan again and again takes as long: it is not branches that are guessed wrongly."
+    "Part of it is the call itself (scan.min of 1 beam, below). Of 1080 beams, the kernel alone takes about 180 ns: 80 "
+    "the pass over the readings and the bounds of 17 blocks, 30 the limit that the most promising of them gives, 50 "
+    "the beams of the 1.5 blocks that are left, and to decide one or two of them in float64. These wait for one "
+    "another. The same scan again and again takes 150: a new one makes the processor guess some branches wrongly, and "
+    "doing without branches takes longer (docs/design.md)."
 )
 _LONG_SCAN = (
     "The bytes bound it more than anything: the whole call runs at about two thirds of the speed of a bare read "
@@ -27,8 +28,8 @@ _PER_BEAM = (
     "move 16, those behind 4."
 )
 _BATCH = (
-    "Each row is a search of its own, and takes more than the kernel takes for a single scan of 1080 beams; a bare "
-    "read of the bytes takes about a fifth of it."
+    "Each row is a search of its own, and takes what the kernel takes for a single scan of 1080 beams (above); a bare "
+    "read of the bytes takes about a quarter of it."
 )
 _RATES = (
     "Arithmetic bounds it: about forty operations in float64 for each beam and remembered scan (6 of them at 10 Hz, 21 "

@@ -143,9 +143,11 @@ impl<T: Copy> Source<T> for Column<'_, T> {
     #[inline(always)]
     fn lanes_or<const N: usize>(&self, at: usize, fill: T) -> [T; N] {
         let mut numbers = [fill; N];
-        for lane in 0..N.min(self.len.saturating_sub(at)) {
-            // SAFETY: at + lane < len, by the end of the loop.
-            numbers[lane] = unsafe { self.read(at + lane) };
+        for lane in 0..N {
+            if at + lane < self.len {
+                // SAFETY: at + lane < len, just checked.
+                numbers[lane] = unsafe { self.read(at + lane) };
+            }
         }
         numbers
     }
