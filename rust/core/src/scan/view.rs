@@ -1,0 +1,94 @@
+//! What can be asked of one scan in one motion.
+
+use super::Prepared;
+use super::geometry::Mount;
+use super::per_beam::{Pace, Scan, Statuses, Times};
+use super::reading::{Census, Counts};
+use super::search::first_hit;
+use super::tables::Exact;
+use super::vote::{self, Best, Minimum};
+use crate::column::{Column, ColumnMut};
+use crate::lanes::groups;
+use crate::real::Real;
+use crate::simd::Level;
+
+/// One scan in one motion.
+pub(super) struct View<'a, T> {
+    pub ranges: Column<'a, T>,
+    pub prepared: &'a Prepared<T>,
+    pub exact: Exact<'a>,
+    pub level: Level,
+    pub minimum: Option<Minimum>,
+    pub mount: Mount,
+}
+
+impl<T: Real> View<'_, T> {
+    /// The deciding beam, and whether a vote (if one was asked for) confirmed it.
+    pub(super) fn best(&self) -> (Best, bool) {
+        match self.minimum {
+            None => (first_hit(self.level, self.ranges, self.prepared, self.exact), true),
+            Some(minimum) => self.voted(minimum),
+        }
+    }
+
+    /// The vote is for those who would rather be right than fast: every beam is computed.
+    pub(super) fn voted(&self, minimum: Minimum) -> (Best, bool) {
+        self.elected(minimum, self.closing())
+    }
+
+    /// The beam among those that close that a vote elects, or the first of them where it elects none.
+    pub(super) fn elected(&self, minimum: Minimum, closing: Vec<Best>) -> (Best, bool) {
+        let usable = |beam| if self.exact.beams.ignores(beam) { f64::NAN } else { self.usable(beam) };
+        vote::elect(minimum, closing, self.ranges.len(), usable)
+    }
+
+    /// Every beam that closes.
+    fn closing(&self) -> Vec<Best> {
+        let ttc = |beam| Best { ttc: self.exact.ttc(beam, self.usable(beam)), beam };
+        (0..self.ranges.len()).map(ttc).filter(Best::closes).collect()
+    }
+
+    pub(super) fn per_beam<'o>(
+        &self,
+        pace: impl Pace<T>,
+        out: &mut ColumnMut<'o, T>,
+        status_out: Option<&mut ColumnMut<'o, u8>>,
+    ) {
+        let Prepared { tables, rules } = self.prepared;
+        let (rules, offset, min_closing_speed) = (*rules, groups(&tables.offset), T::of(self.exact.min_closing_speed));
+        let ranges = self.ranges;
+        // The times last: they may be written over the ranges.
+        if let Some(status_out) = status_out {
+            let out = status_out.reborrow();
+            self.level.run(Statuses { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
+        }
+        if let (Some(ranges), Some(out)) = (ranges.dense(), out.dense()) {
+            self.level.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
+        } else {
+            let out = out.reborrow();
+            self.level.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
+        }
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        let Prepared { tables, rules } = self.prepared;
+        match self.ranges.dense() {
+            Some(ranges) => self.level.run(Census { ranges, rules: *rules, tables }),
+            None => self.level.run(Census { ranges: self.ranges, rules: *rules, tables }),
+        }
+    }
+
+    /// Whether any beam saw anything. Usually one of the first did.
+    pub(super) fn observes(&self) -> bool {
+        (0..self.ranges.len())
+            .any(|beam| !self.exact.beams.ignores(beam) && self.prepared.rules.observed(self.ranges.get(beam)))
+    }
+
+    pub(super) fn usable(&self, beam: usize) -> f64 {
+        self.prepared.rules.usable(self.ranges.get(beam)).wide()
+    }
+
+    pub(super) fn first_contact(&self) -> Option<usize> {
+        (0..self.ranges.len()).find(|beam| self.exact.clearance(*beam, self.usable(*beam)) <= 0.0)
+    }
+}
