@@ -107,6 +107,13 @@ impl<T: Real> Rules<T> {
         if r > self.clamp.1 { self.clamp.1 } else { r }
     }
 
+    /// For each lane a bit, whether it is finite, from `range_min` up and at most `farthest`.
+    #[inline(always)]
+    fn within<I: Instructions>(&self, simd: I, ranges: &Lanes<T>, farthest: T) -> u16 {
+        let farthest = if farthest < T::MAX { farthest } else { T::MAX };
+        T::within(simd, ranges, &[self.range_min; LANES], &[farthest; LANES])
+    }
+
     /// Whether the sensor saw anything at all there: a reading it vouches for, or free space.
     #[inline(always)]
     pub(super) fn observed(&self, r: T) -> bool {
@@ -146,24 +153,29 @@ impl<T: Real, S> Census<'_, T, S> {
     /// Count the readings of a group that are `there`. Most groups are ordinary: all valid, none in contact.
     #[inline(always)]
     fn count<I: Instructions>(&self, simd: I, counts: &mut Counts, at: usize, ranges: &Lanes<T>, there: u16) {
-        let Rules { range_min, range_max, far_limit, .. } = self.rules;
-        let farthest = if far_limit < range_max { far_limit } else { range_max };
+        let Rules { range_max, far_limit, .. } = self.rules;
+        let is_limited = far_limit < range_max;
+        let farthest = if is_limited { far_limit } else { range_max };
         let offset = window(&self.tables.offset_below, at);
-        let free = lanes(|lane| ranges[lane] - offset[lane]);
-        let valid = T::within(simd, ranges, &[range_min; LANES], &[less_than_infinity(farthest); LANES]);
-        let minus_infinity = T::ZERO - T::INFINITY;
-        let looked = T::within(simd, offset, &[minus_infinity; LANES], &[T::INFINITY; LANES]);
-        let touching = T::within(simd, &free, &[minus_infinity; LANES], &[T::ZERO; LANES]);
-        if valid & looked & !touching == u16::MAX {
+        let valid = self.rules.within(simd, ranges, farthest);
+        let outside = lanes(|lane| ranges[lane] - offset[lane]);
+        let outside = T::within(simd, &outside, &[T::ZERO.above(); LANES], &[T::INFINITY; LANES]);
+        if valid & outside == u16::MAX {
             counts.valid += there.count_ones();
             return;
         }
+        let minus_infinity = T::ZERO - T::INFINITY;
+        let looked = T::within(simd, offset, &[minus_infinity; LANES], &[T::INFINITY; LANES]);
         let finite = T::within(simd, ranges, &[T::ZERO - T::MAX; LANES], &[T::MAX; LANES]);
-        let in_range = T::within(simd, ranges, &[range_min; LANES], &[less_than_infinity(range_max); LANES]);
         let no_return = T::within(simd, ranges, &[T::INFINITY; LANES], &[T::INFINITY; LANES]);
         let too_close = T::within(simd, ranges, &[minus_infinity; LANES], &[minus_infinity; LANES]);
-        let clearance = lanes(|lane| self.rules.usable(ranges[lane]) - offset[lane]);
-        let contact = T::within(simd, &clearance, &[minus_infinity; LANES], &[T::ZERO; LANES]);
+        let in_range = if is_limited { self.rules.within(simd, ranges, range_max) } else { valid };
+        let contact = if too_close != 0 || self.rules.clamps() {
+            let clearance = lanes(|lane| self.rules.usable(ranges[lane]) - offset[lane]);
+            T::within(simd, &clearance, &[minus_infinity; LANES], &[T::ZERO; LANES])
+        } else {
+            valid & !outside
+        };
 
         let number = |bits: u16| (bits & looked & there).count_ones();
         counts.valid += number(valid);
@@ -175,9 +187,4 @@ impl<T: Real, S> Census<'_, T, S> {
         counts.masked += (!looked & there).count_ones();
         counts.contact += number(contact);
     }
-}
-
-#[inline(always)]
-fn less_than_infinity<T: Real>(bound: T) -> T {
-    if bound < T::MAX { bound } else { T::MAX }
 }
