@@ -11,6 +11,7 @@ mod formula;
 mod geometry;
 mod motion;
 mod per_beam;
+mod prepared;
 pub mod range_rate;
 mod reading;
 mod search;
@@ -30,9 +31,9 @@ pub use {
     vote::{Minimum, Neighbours},
 };
 use {
-    reading::Rules,
+    prepared::Prepared,
     search::first_hit,
-    tables::{Beams, Exact, Tables},
+    tables::{Beams, Exact},
     view::View,
 };
 
@@ -71,12 +72,6 @@ pub struct ScanTtc {
     beams: Beams,
     single: Prepared<f32>,
     double: Prepared<f64>,
-}
-
-#[derive(Clone, Debug)]
-struct Prepared<T> {
-    tables: Tables<T>,
-    rules: Rules<T>,
 }
 
 /// A type that ranges can have.
@@ -266,16 +261,6 @@ impl ScanTtc {
             Status::Clear
         } else {
             Status::NoData
-        }
-    }
-}
-
-impl<T: Real> Prepared<T> {
-    fn new(settings: &Settings, beams: &Beams) -> Self {
-        let sensor = (settings.range_min, settings.range_max);
-        Prepared {
-            tables: Tables::new(beams, settings.beams),
-            rules: Rules::new(sensor, settings.limits, settings.limits_policy, settings.too_close),
         }
     }
 }

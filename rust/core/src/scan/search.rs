@@ -13,8 +13,8 @@
 //! As bounds lie on their side of the truth, no better beam can be missed, however they were rounded: rounding costs
 //! time, never the answer. Flat walls, where many beams tie within `f32`, are only more beams to compute.
 
-use super::Prepared;
 use super::bound::{Bound, Straight, Turning};
+use super::prepared::Prepared;
 use super::reading::Rules;
 use super::tables::{BLOCKS, Envelope, Exact, Tables, start};
 use super::vote::Best;

@@ -1,5 +1,6 @@
 //! Which beam's point is hit first: the swept path of [`crate::path`] over the beams of a scanner.
 
+use super::prepared::Prepared;
 use super::reading::Rules;
 use super::tables::{Exact, Tables};
 use super::vote::Best;
@@ -98,7 +99,7 @@ impl ScanSweptPath {
 
 impl<T: Real> View<'_, T> {
     fn beams<S: Source<T>>(&self, ranges: S) -> Beams<'_, T, S> {
-        let super::Prepared { tables, rules } = self.prepared;
+        let Prepared { tables, rules } = self.prepared;
         Beams { ranges, tables, rules, exact: self.exact, mount: (self.mount.x, self.mount.y) }
     }
 

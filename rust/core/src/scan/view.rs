@@ -1,8 +1,8 @@
 //! What can be asked of one scan in one motion.
 
-use super::Prepared;
 use super::geometry::Mount;
 use super::per_beam::{Pace, Scan, Statuses, Times};
+use super::prepared::Prepared;
 use super::reading::{Census, Counts};
 use super::search::first_hit;
 use super::tables::Exact;
