@@ -22,10 +22,10 @@ _LONG_SCAN = (
     "(below). The rest is three operations for each 64 bytes, and deciding in the few blocks of beams that are left."
 )
 _PER_BEAM = (
-    "Arithmetic bounds it, not the bytes: a beam takes the same time among 4096 as among 65,536. Three comparisons and "
-    "selects make a reading usable, one finds contact, one an answer that is none; with two products and a difference "
-    "they follow one another. A copy has none of that, and moves 8 bytes a beam; beams ahead "
-    "move 16, those behind 4."
+    "The way to the second cache bounds it: for each 64 bytes of ranges ahead, 128 of tables are read (offsets and "
+    "inverse cosines) and 64 written; a copy reads 64 and writes 64. With a third fewer operations (ranges compared and "
+    "times selected in one step) 1080 beams, whose tables stay in the first cache, took 13 % less time and 65,536 the "
+    "same."
 )
 _BATCH = (
     "Each row is a search of its own, and takes what the kernel takes for a single scan of 1080 beams (above); a bare "
