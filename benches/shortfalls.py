@@ -23,9 +23,9 @@ _LONG_SCAN = (
 )
 _PER_BEAM = (
     "The way to the second cache bounds it: for each 64 bytes of ranges ahead, 128 of tables are read (offsets and "
-    "inverse cosines) and 64 written; a copy reads 64 and writes 64. With a third fewer operations (ranges compared and "
-    "times selected in one step) 1080 beams, whose tables stay in the first cache, took 13 % less time and 65,536 the "
-    "same."
+    "inverse cosines) and 64 written; a copy reads 64 and writes 64. With a third fewer operations (ranges compared "
+    "and times selected in one step) 1080 beams, whose tables stay in the first cache, took 13 % less time, and "
+    "65,536 the same."
 )
 _BATCH = (
     "Each row is a search of its own, and takes what the kernel takes for a single scan of 1080 beams (above); a bare "
