@@ -206,6 +206,14 @@ def test_the_frame_of_the_least_ttc_is_kept_where_nothing_brakes() -> None:
     assert (kept.stamp, frame.stamp) == (rows[kept.frame].stamp, rows[kept.frame].stamp)
 
 
+def test_what_a_lidar_stores_where_nothing_came_back_is_no_obstacle() -> None:
+    """Moved by the mount it would lie inside the outline."""
+    said = {"outline": (-1.0, 4.0, -1.0, 1.0), "mount": (1.5, 0.0, 0.1), "speed": 5.0}
+    eyes = Replay(sample("clouds"), Settings(recording=said, gate={"x": (0.0, 40.0), "z": (-1.0, 1.0)})).eyes
+    points = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 0.0, 0.5]], np.float32)
+    assert eyes.obstacles(points)[:, 2].tolist() == [0.0, 0.5]
+
+
 def test_a_cloud_tells_the_plain_nearest_point_beside_the_tracked_distance() -> None:
     rows = list(Replay(sample("clouds")))
     strays = [row.frame for row in rows if row.nearest < row.distance - 0.5]

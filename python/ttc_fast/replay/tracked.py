@@ -96,6 +96,7 @@ class Clouds:
         counts = ~((points[:, 0] >= 0.0) & (points[:, 0] < near) & (points[:, 1] >= right) & (points[:, 1] <= left))
         if heights is not None:
             counts &= (points[:, 2] >= heights[0]) & (points[:, 2] <= heights[1])
+        counts &= points.any(axis=1)  # moved, what is stored where nothing came back would be a return
         points = points[counts]
         x, y, yaw = self.mount
         if (x, y, yaw) == (0.0, 0.0, 0.0):

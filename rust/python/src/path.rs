@@ -55,7 +55,9 @@ use ttc_fast_core::scan::{Motion, Outline};
 /// fastest decides.
 ///
 /// Points are what is to be avoided: the road is to be cut from a lidar cloud first. A z is only read to see which points are
-/// valid: rows with a non-finite x, y or z, and rows that are exactly 0 (a driver's no-return), never count.
+/// valid: rows with a non-finite x, y or z never count, nor do rows that are 0 in each of them, which drivers write where nothing
+/// came back. Of points with x and y alone that is one at exactly (0, 0), the vehicle's origin, which no sensor measures. Where
+/// points are moved into the vehicle frame, such rows have to be left out before: moved, they are returns inside the outline.
 ///
 /// Arrays are read in place. Another thread that writes to one meanwhile may give a mix of two frames, never a read out of
 /// bounds.
