@@ -389,6 +389,9 @@ class TestState:
     [
         ({"trigger": (3, 2)}, ValueError, "trigger"),
         ({"trigger": 2}, TypeError, "trigger"),
+        ({"trigger": (1.0, 2.0)}, TypeError, "trigger"),
+        ({"min_returns": 2.5}, TypeError, "min_returns must be a whole number"),
+        ({"min_returns": -1}, ValueError, "min_returns must be at least 0"),
         ({"release": (0, 1)}, ValueError, "release"),
         ({"warn_at": 0.9}, ValueError, "warn_at"),
         ({"release_at": 0.5}, ValueError, "release_at"),
@@ -400,10 +403,13 @@ class TestState:
         ({"criteria": []}, ValueError, "criteria"),
         ({"criteria": 1.5}, TypeError, "criteria"),
         ({"criteria": [1.5]}, TypeError, "criteria"),
+        ({"criteria": [IttcThreshold]}, TypeError, r"criteria must be objects, such as IttcThreshold\(\)"),
         ({"scan": None, "criteria": [IttcThreshold()]}, ValueError, "needs a scan"),
         ({"scan": scanner(), "criteria": [SweptPathThreshold()]}, ValueError, "outline"),
         ({"scan": "scan"}, TypeError, "scan"),
         ({"time_increment": math.inf}, ValueError, "time_increment"),
+        ({"time_increment": -1e-5}, ValueError, "time_increment must be from 0 to 1 s"),
+        ({"time_increment": 27_777.0}, ValueError, "time_increment must be from 0 to 1 s"),
         ({"horizon": -1.0}, ValueError, "horizon"),
     ],
 )
@@ -422,11 +428,66 @@ def test_settings_are_refused_with_the_reason(settings: dict[str, Any], error: t
         ({"now": 0.0, "motion": Motion(math.nan)}, ValueError, "motion.speed"),
         ({"now": 0.0, "ranges": wall(5.0)[:9], "stamp": 0.0, "motion": Motion(1.0)}, ValueError, "ranges"),
         ({"now": 0.0, "points": np.ones((3, 3)), "stamp": 0.0, "motion": Motion(1.0)}, ValueError, "points"),
+        (
+            {"now": 0.0, "ranges": wall(5.0)[None].repeat(2, 0), "stamp": 0.0},
+            ValueError,
+            r"ranges must be one scan, .*\(2, 181\)",
+        ),
+        (
+            {"now": 0.0, "ranges": wall(5.0)[None], "stamp": 0.0, "motion": Motion(1.0)},
+            ValueError,
+            "ranges must be one scan",
+        ),
+        (
+            {"now": 0.0, "ranges": wall(5.0), "points": np.ones((3, 3)), "stamp": 0.0},
+            ValueError,
+            "ranges or points, not both",
+        ),
+        ({"now": 0.0, "motion": 4.0}, TypeError, r"motion must be a Motion, such as Motion\(4\.0\), got 4\.0"),
+        ({"now": 0.0, "motion": Motion("4")}, TypeError, "motion.speed must be a number, got '4'"),
+        ({"now": 0.0, "motion": Motion(1.0, stamp=math.nan)}, ValueError, "motion.stamp must be finite"),
+        ({"now": 0.0, "commanded": math.nan}, ValueError, "commanded must be finite"),
+        ({"now": 0.0, "commanded": Motion(1.0, math.nan)}, ValueError, "commanded.yaw_rate must be finite"),
+        ({"now": 0.0, "override": "no"}, TypeError, "override must be True or False, got 'no'"),
     ],
 )
 def test_inputs_are_refused_with_the_reason(arguments: dict[str, Any], error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=says):
         BrakeController(scan=scanner(outline=OUTLINE)).update(**arguments)
+
+
+def test_points_are_one_cloud() -> None:
+    controller = BrakeController(path=SweptPath(OUTLINE))
+    for points in (np.ones((2, 5, 3)), (np.ones((2, 5)), np.ones((2, 5)))):
+        with pytest.raises(ValueError, match="points must be one cloud"):
+            controller.update(0.0, points=points, stamp=0.0, motion=Motion(1.0))
+
+
+def test_a_frame_that_is_refused_does_not_count() -> None:
+    """The same one, put right, is judged."""
+    controller = BrakeController(scan=scanner(outline=OUTLINE), trigger=(1, 1))
+    with pytest.raises(ValueError, match="ranges"):
+        controller.update(0.0, ranges=wall(2.0)[:-1], stamp=0.0, motion=Motion(4.0))
+    decision = controller.update(0.0, ranges=wall(2.0), stamp=0.0, motion=Motion(4.0))
+    assert (decision.reason, decision.counters.frames) == (Reason.CRITERION, 1)
+
+
+def test_numbers_of_numpy_serve_as_well() -> None:
+    """As they come out of arrays of settings and of odometry."""
+    controller = BrakeController(scan=scanner(), trigger=(np.int64(1), np.int64(1)), min_returns=np.int64(3))
+    motion = Motion(np.float32(4.0), np.float64(0.0))
+    decision = controller.update(
+        np.float64(0.0), ranges=wall(2.0), stamp=np.float32(0.0), motion=motion, override=np.bool_(False)
+    )
+    assert decision.command is Command.BRAKE
+
+
+def test_what_is_measured_later_than_handed_over_is_not_further_away() -> None:
+    """A stamp a little ahead of this clock, and beams that would be measured only after the scan came."""
+    for settings, ahead in (({}, 0.09), ({"time_increment": 0.005}, 0.0)):
+        controller = BrakeController([IttcThreshold(1.5)], scan=scanner(), **settings)
+        decision = controller.update(1.0, ranges=wall(8.0), stamp=1.0 + ahead, motion=Motion(4.0))
+        assert decision.value == pytest.approx(2.0, abs=1e-3)
 
 
 def test_a_clock_that_is_set_back_is_never_safe() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 
@@ -35,6 +36,17 @@ def at_least(argument: str, value: Any, least: float, why: str) -> float:
     if not least <= number(argument, value) < math.inf:
         raise ValueError(f"{argument} must be finite and at least {least:g}, got {value}: {why}")
     return float(value)
+
+
+def count(argument: str, value: Any) -> int:
+    """Return ``value``, if it is a whole number of at least 0."""
+    try:
+        result = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{argument} must be a whole number, got {value!r}") from None
+    if result < 0:
+        raise ValueError(f"{argument} must be at least 0, got {value}")
+    return result
 
 
 def finite(argument: str, value: Any) -> float:

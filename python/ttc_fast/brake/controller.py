@@ -10,7 +10,7 @@ from ttc_fast.brake.arguments import finite
 from ttc_fast.brake.command import Command
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.eyes import Eyes, Frame
-from ttc_fast.brake.inputs import checked_estimate, checked_motion, wish_of
+from ttc_fast.brake.inputs import checked_estimate, checked_flag, checked_motion, refuse_several, wish_of
 from ttc_fast.brake.memory import CLOCK_TOLERANCE, Memory
 from ttc_fast.brake.rules import Rules
 from ttc_fast.brake.sight import Motion
@@ -199,6 +199,7 @@ class BrakeController:
         now = finite("now", now)
         memory, rules = self._memory, self._rules
         wish = None if commanded is None else wish_of(commanded)
+        override = override if type(override) is bool else checked_flag("override", override)
         if motion is not None:
             self._take(motion, now)
         if estimate is not None:
@@ -206,6 +207,8 @@ class BrakeController:
             if not estimate.saw_nothing:
                 memory.estimate = estimate
         if ranges is not None or points is not None:
+            if points is not None or getattr(ranges, "ndim", 1) != 1:
+                refuse_several(ranges, points)
             opinion = memory.fresh_estimate(now, rules.sensor_timeout)
             self._look(Frame(now, finite("stamp", stamp), ranges, points, opinion), wish)
         elif estimate is not None and self._eyes.only_estimates:
@@ -230,10 +233,10 @@ class BrakeController:
         if not memory.frame_at < stamp <= now + CLOCK_TOLERANCE:
             memory.ignored += 1
             return
+        motion = memory.fresh_motion(now, rules.motion_timeout)
+        scene = self._eyes.look(frame, motion)  # which raises for data that it cannot read: they do not count
         memory.frames += 1
         memory.frame_at = stamp
-        motion = memory.fresh_motion(now, rules.motion_timeout)
-        scene = self._eyes.look(frame, motion)
         if not self._sees(scene, stamp):
             memory.clears = rules.release.cast(memory.clears, False)
             return

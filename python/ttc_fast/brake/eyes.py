@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast._core import RangeRate, ScanSweptPath, ScanTTC, SweptPath
-from ttc_fast.brake.arguments import finite
+from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
+from ttc_fast.brake.arguments import number
 from ttc_fast.brake.scene import Looks, Scene
 from ttc_fast.brake.sight import STANDING, Sight, Source
 from ttc_fast.status import Status
@@ -63,7 +63,9 @@ class Eyes:
         self._scan_path = None if scan is None else path_of(scan, horizon)
         self._path = path
         self._range_rate = range_rate
-        self._time_increment = finite("time_increment", time_increment)
+        self._time_increment = number("time_increment", time_increment)
+        if not 0.0 <= self._time_increment <= 1.0:
+            raise ValueError(f"time_increment must be from 0 to 1 s between two beams, got {time_increment}")
         self._wants_beams = self._wants_path = True
         self.only_estimates = scan is None and path is None
         """Whether there is nothing to look with but what others estimate."""
@@ -82,6 +84,8 @@ class Eyes:
         if not criteria:
             raise ValueError("criteria must not be empty: nothing would ever brake")
         for criterion in criteria:
+            if isinstance(criterion, type):
+                raise TypeError(f"criteria must be objects, such as {criterion.__name__}(), got the class itself")
             if not (hasattr(criterion, "judge") and hasattr(criterion, "looks")):
                 raise TypeError(f"criteria must have judge() and looks, as IttcThreshold has; got {criterion!r}")
             if criterion.looks is Looks.PATH and not self.sees_path:
@@ -118,8 +122,10 @@ class Eyes:
             if self._path is None:
                 raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
             seen = self._path.nearest(frame.points, speed, yaw_rate, lateral_speed)
+            if type(seen) is NearestPointBatch:
+                raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
             angle, distance = math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
-            path = on_the_way(seen, seen.index, angle, distance, over_ground, frame.now - frame.stamp)
+            path = on_the_way(seen, seen.index, angle, distance, over_ground, self._age(frame))
         else:
             if self._scan is None:
                 raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
@@ -128,9 +134,8 @@ class Eyes:
                 beams = self._sight(Source.BEAMS, frame, seen)
             if self._wants_path and self._scan_path is not None:
                 seen = self._scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
-                beam, age = seen.beam, frame.now - frame.stamp
-                age = self._age(frame, beam) if self._time_increment else age
-                path = on_the_way(seen, beam, seen.angle, seen.range, over_ground, age)
+                beam = seen.beam
+                path = on_the_way(seen, beam, seen.angle, seen.range, over_ground, self._age(frame, beam))
         estimate, sure = (None, False) if frame.estimate is None else second_opinion(frame)
         return Scene(over_ground, beams, path, estimate, sure, seen.counts.valid, seen.status, True)
 
@@ -153,9 +158,10 @@ class Eyes:
         ttc, clearance = max(seen.ttc - age, 0.0), max(seen.clearance - max(closing, 0.0) * age, 0.0)
         return Sight(source, ttc, seen.status, seen.beam, seen.angle, seen.range, clearance, closing, age)
 
-    def _age(self, frame: Frame, beam: int) -> float:
-        """Return how old a beam is at the time of the decision, s."""
-        return frame.now - frame.stamp - (beam * self._time_increment if beam > 0 else 0.0)
+    def _age(self, frame: Frame, beam: int = -1) -> float:
+        """Return how old a frame, or a beam of it, is at the time of the decision, s."""
+        age = frame.now - frame.stamp - (beam * self._time_increment if beam > 0 else 0.0)
+        return age if age > 0.0 else 0.0  # what has come was measured before
 
     def state(self) -> Any:
         """Return what the range rate remembers."""

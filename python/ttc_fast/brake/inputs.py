@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from ttc_fast.brake.arguments import finite, number
 from ttc_fast.brake.sight import Estimate, Motion
 from ttc_fast.status import Status
@@ -33,6 +35,21 @@ def wish_of(commanded: Any) -> Motion:
     if isinstance(commanded, Motion):
         return checked_motion("commanded", commanded)
     return Motion(finite("commanded", commanded))
+
+
+def refuse_several(ranges: Any, points: Any) -> None:
+    """Refuse more than one frame at a time."""
+    if ranges is not None and points is not None:
+        raise ValueError("a frame must be ranges or points, not both: give each scan and each cloud an update")
+    if getattr(ranges, "ndim", 1) != 1:
+        raise ValueError(f"ranges must be one scan, of shape (beams,), got shape {tuple(ranges.shape)}")
+
+
+def checked_flag(argument: str, value: Any) -> bool:
+    """Return ``value``, if it is True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{argument} must be True or False, got {value!r}")
+    return bool(value)
 
 
 def checked_estimate(value: Any) -> Estimate:

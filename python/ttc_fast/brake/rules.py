@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ttc_fast.brake.arguments import above_zero, at_least, not_negative
+from ttc_fast.brake.arguments import above_zero, at_least, count, not_negative
 from ttc_fast.brake.command import Command
 from ttc_fast.brake.votes import VoteRule
 
@@ -58,7 +58,7 @@ class Rules:
         self.standstill_speed = not_negative("standstill_speed", standstill_speed, "m/s")
         self.sensor_timeout = above_zero("sensor_timeout", sensor_timeout, "s")
         self.motion_timeout = above_zero("motion_timeout", motion_timeout, "s")
-        self.min_returns = int(not_negative("min_returns", min_returns, "returns"))
+        self.min_returns = count("min_returns", min_returns)
         if when_blind not in (Command.WARN, Command.BRAKE):
             raise ValueError(f"when_blind must be Command.WARN or Command.BRAKE, got {when_blind!r}: blind is not safe")
         self.brakes_blind = when_blind == Command.BRAKE

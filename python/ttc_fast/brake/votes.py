@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 
@@ -23,11 +24,9 @@ class VoteRule:
     def __init__(self, argument: str, rule: Any) -> None:
         wrong = f"{argument} must be two integers (N, M), N of the last M frames, with 1 <= N <= M <= 64; got {rule!r}"
         try:
-            needed, frames = rule
+            needed, frames = map(operator.index, rule)
         except (TypeError, ValueError):
             raise TypeError(wrong) from None
-        if not (isinstance(needed, int) and isinstance(frames, int)):
-            raise TypeError(wrong)
         if not 1 <= needed <= frames <= 64:
             raise ValueError(wrong)
         self._needed = needed

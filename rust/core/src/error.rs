@@ -33,7 +33,7 @@ pub(crate) fn finite(argument: &'static str, value: f64) -> Result<f64, Error> {
 
 #[cold]
 fn not_finite(argument: &'static str, value: f64) -> Error {
-    Error::new(argument, format!("must be a finite number, got {value}"))
+    Error::new(argument, format!("must be a finite number, got {value:?}"))
 }
 
 /// `value`, if it is a finite number of at least 0.
@@ -41,6 +41,6 @@ pub(crate) fn non_negative(argument: &'static str, value: f64) -> Result<f64, Er
     if value.is_finite() && value >= 0.0 {
         Ok(value)
     } else {
-        Err(Error::new(argument, format!("must be finite and at least 0, got {value}")))
+        Err(Error::new(argument, format!("must be finite and at least 0, got {value:?}")))
     }
 }

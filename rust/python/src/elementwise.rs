@@ -79,7 +79,7 @@ impl Domain {
             Domain::AtLeastZero => (value.is_finite() && value >= 0.0, "finite and at least 0"),
             Domain::AboveZero => (value.is_finite() && value > 0.0, "finite and above 0"),
         };
-        if fits { Ok(value) } else { Err(PyValueError::new_err(format!("{argument} must be {wanted}, got {value}"))) }
+        if fits { Ok(value) } else { Err(PyValueError::new_err(format!("{argument} must be {wanted}, got {value:?}"))) }
     }
 }
 

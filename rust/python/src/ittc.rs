@@ -75,7 +75,7 @@ pub fn ittc<'py>(
     };
     if !(min_closing_speed >= 0.0 && min_closing_speed.is_finite()) {
         let got = min_closing_speed;
-        return Err(PyValueError::new_err(format!("min_closing_speed must be finite and at least 0, got {got}")));
+        return Err(PyValueError::new_err(format!("min_closing_speed must be finite and at least 0, got {got:?}")));
     }
     let (name, speeds) = match &rate {
         Rate::ClosingSpeed(speeds) => ("closing_speed", *speeds),
@@ -122,7 +122,7 @@ impl<'py> Speed<'py> {
         if speed.is_finite() && (matches!(ranges.numbers(), Numbers::Double(_)) || f32::of(speed).is_finite()) {
             return Ok(Speed::Same(speed));
         }
-        let problem = format!("{argument} must be a finite number in the dtype of ranges, got {speed}");
+        let problem = format!("{argument} must be a finite number in the dtype of ranges, got {speed:?}");
         Err(PyValueError::new_err(problem))
     }
 

@@ -55,10 +55,10 @@ impl Estimator {
     pub fn checked(self) -> Result<Self, Error> {
         match self {
             Estimator::TrimmedMeanRatio(share) if !(0.0..0.5).contains(&share) => {
-                Err(Error::new("share", format!("must be at least 0 and below 0.5, got {share}")))
+                Err(Error::new("share", format!("must be at least 0 and below 0.5, got {share:?}")))
             }
             Estimator::Consensus { tolerance, .. } if !(tolerance > 0.0 && tolerance.is_finite()) => {
-                Err(Error::new("tolerance", format!("must be finite and above 0 px, got {tolerance}")))
+                Err(Error::new("tolerance", format!("must be finite and above 0 px, got {tolerance:?}")))
             }
             Estimator::Consensus { trials, .. } if !(1..=MOST_TRIALS).contains(&trials) => {
                 Err(Error::new("trials", format!("must be at least 1 and at most {MOST_TRIALS}, got {trials}")))

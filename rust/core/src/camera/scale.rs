@@ -39,7 +39,7 @@ fn positive(argument: &'static str, value: f64, hint: &str) -> Result<(), Error>
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
-    Err(Error::new(argument, format!("must be finite and above 0, got {value}; {hint}")))
+    Err(Error::new(argument, format!("must be finite and above 0, got {value:?}; {hint}")))
 }
 
 #[cfg(test)]

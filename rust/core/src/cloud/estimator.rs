@@ -55,7 +55,7 @@ impl Estimator {
             Estimator::Minimum => {}
             Estimator::KthSmallest(k) | Estimator::MeanOfLowest(k) => at_least_one("k", k)?,
             Estimator::Quantile(q) if (0.0..=1.0).contains(&q) => {}
-            Estimator::Quantile(q) => return Err(Error::new("q", format!("must be in [0, 1], got {q}"))),
+            Estimator::Quantile(q) => return Err(Error::new("q", format!("must be in [0, 1], got {q:?}"))),
             Estimator::InterquartileFence(factor) => {
                 non_negative("factor", factor)?;
             }
@@ -66,7 +66,7 @@ impl Estimator {
             Estimator::Cluster { tolerance, min_points } => {
                 at_least_one("min_points", min_points)?;
                 if tolerance.is_nan() || tolerance <= 0.0 || tolerance.is_infinite() {
-                    return Err(Error::new("tolerance", format!("must be finite and above 0, got {tolerance}")));
+                    return Err(Error::new("tolerance", format!("must be finite and above 0, got {tolerance:?}")));
                 }
             }
         }

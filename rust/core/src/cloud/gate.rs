@@ -90,10 +90,13 @@ impl Gate {
     pub fn height_band(sensor_height: f64, clearance: f64, headroom: f64) -> Result<Interval, Error> {
         non_negative("sensor_height", sensor_height)?;
         if clearance.is_nan() || clearance == f64::INFINITY {
-            return Err(Error::new("clearance", format!("must be a height or -inf, got {clearance}")));
+            return Err(Error::new("clearance", format!("must be a height or -inf, got {clearance:?}")));
         }
         if headroom.is_nan() || headroom < clearance || headroom == f64::NEG_INFINITY {
-            return Err(Error::new("headroom", format!("must be at least clearance = {clearance}, got {headroom}")));
+            return Err(Error::new(
+                "headroom",
+                format!("must be at least clearance = {clearance:?}, got {headroom:?}"),
+            ));
         }
         Ok((clearance - sensor_height, headroom - sensor_height))
     }
@@ -160,7 +163,7 @@ fn interval(argument: &'static str, (low, high): Interval) -> Result<(), Error> 
     if low <= high {
         return Ok(());
     }
-    Err(Error::new(argument, format!("must be (low, high) with low <= high, got ({low}, {high})")))
+    Err(Error::new(argument, format!("must be (low, high) with low <= high, got ({low:?}, {high:?})")))
 }
 
 /// What neither a box in the stored columns nor an intensity can say of a point: where it is on a curve, or above a road.

@@ -170,7 +170,7 @@ impl CloudTracker {
         finite("front_offset", settings.front_offset)?;
         for (name, value) in [("jump", settings.jump), ("max_gap", settings.max_gap)] {
             if value.is_nan() || value <= 0.0 {
-                return Err(Error::new(name, format!("must be above 0, got {value}")));
+                return Err(Error::new(name, format!("must be above 0, got {value:?}")));
             }
         }
         Ok(CloudTracker { settings, track: CloudTrack::default() })

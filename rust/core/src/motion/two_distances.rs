@@ -29,7 +29,7 @@ pub(crate) fn checked_dt(dt: f64) -> Result<f64, Error> {
         return Ok(dt);
     }
     let hint = "is the time between the two, from their stamps";
-    Err(Error::new("dt", format!("must be finite and above 0 s, got {dt}; it {hint}")))
+    Err(Error::new("dt", format!("must be finite and above 0 s, got {dt:?}; it {hint}")))
 }
 
 #[cfg(test)]

@@ -72,7 +72,7 @@ impl Sweep {
         let fastest = corners.into_iter().map(square).fold(0.0, f64::max).sqrt();
         if !(fastest < FASTEST && omega.abs() < FASTEST) {
             let got = motion.yaw_rate;
-            return Err(Error::new("yaw_rate", format!("turns the outline faster than light, at {got} rad/s")));
+            return Err(Error::new("yaw_rate", format!("turns the outline faster than light, at {got:?} rad/s")));
         }
         // The way of a point is no longer than its speed allows, and no farther than across its circle.
         let turn = if omega == 0.0 { horizon } else { horizon.min(2.0 / omega.abs()) };

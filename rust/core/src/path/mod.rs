@@ -73,7 +73,7 @@ impl SweptPath {
             return Err(Error::new("outline", format!("must lie within {LARGEST} m of the vehicle's origin")));
         }
         if !(horizon > 0.0 && horizon <= LONGEST) {
-            return Err(Error::new("horizon", format!("must be above 0 and at most {LONGEST} s, got {horizon}")));
+            return Err(Error::new("horizon", format!("must be above 0 and at most {LONGEST} s, got {horizon:?}")));
         }
         Ok(SweptPath { outline, horizon, level })
     }

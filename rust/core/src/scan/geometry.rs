@@ -47,7 +47,7 @@ impl Outline {
             "outline",
             format!(
                 "must be (x_rear, x_front, y_right, y_left) with x_rear < x_front and y_right < y_left, \
-                 got ({}, {}, {}, {})",
+                 got ({:?}, {:?}, {:?}, {:?})",
                 self.x_rear, self.x_front, self.y_right, self.y_left
             ),
         ))

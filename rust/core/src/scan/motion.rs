@@ -41,6 +41,6 @@ impl Motion {
         } else {
             "yaw_rate"
         };
-        Error::new(argument, format!("moves the sensor faster than light, at ({vx}, {vy}) m/s"))
+        Error::new(argument, format!("moves the sensor faster than light, at ({vx:?}, {vy:?}) m/s"))
     }
 }

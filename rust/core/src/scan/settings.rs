@@ -78,29 +78,36 @@ impl Settings {
         }
         for (argument, angle) in [("angle_min", self.angle_min), ("mount", self.mount.yaw)] {
             if angle.abs() > WIDEST_VIEW {
-                return Err(Error::new(argument, format!("has the angle {angle}; angles are in radians, not degrees")));
+                return Err(Error::new(
+                    argument,
+                    format!("has the angle {angle:?}; angles are in radians, not degrees"),
+                ));
             }
         }
         let view = self.angle_increment.abs() * (self.beams - 1) as f64;
         if view > WIDEST_VIEW {
+            let tenths = (view * 10.0).round() / 10.0;
             return Err(Error::new(
                 "angle_increment",
-                format!("spans {view:.1} rad over {} beams; angles are in radians, not degrees", self.beams),
+                format!("spans {tenths:?} rad over {} beams; angles are in radians, not degrees", self.beams),
             ));
         }
         non_negative("range_min", self.range_min)?;
         if self.range_min > FARTHEST {
             let got = self.range_min;
-            return Err(Error::new("range_min", format!("must be below {FARTHEST:e} m, got {got}")));
+            return Err(Error::new("range_min", format!("must be below {FARTHEST:e} m, got {got:?}")));
         }
         if self.range_max.is_nan() || self.range_max <= self.range_min {
             let (low, high) = (self.range_min, self.range_max);
-            return Err(Error::new("range_max", format!("must be above range_min = {low}, got {high}")));
+            return Err(Error::new("range_max", format!("must be above range_min = {low:?}, got {high:?}")));
         }
         if let Some((near, far)) = self.limits
             && !(near >= 0.0 && near < far)
         {
-            return Err(Error::new("limits", format!("must be (near, far) with 0 <= near < far, got ({near}, {far})")));
+            return Err(Error::new(
+                "limits",
+                format!("must be (near, far) with 0 <= near < far, got ({near:?}, {far:?})"),
+            ));
         }
         if let Some((_, far)) = self.limits
             && far <= self.range_min
@@ -108,7 +115,7 @@ impl Settings {
             let low = self.range_min;
             return Err(Error::new(
                 "limits",
-                format!("end at {far}, not beyond range_min = {low}: no reading could ever count"),
+                format!("end at {far:?}, not beyond range_min = {low:?}: no reading could ever count"),
             ));
         }
         if let Some(mask) = &self.mask

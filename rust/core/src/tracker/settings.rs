@@ -164,7 +164,7 @@ impl Noise {
             Noise::Estimated { start, frames } => {
                 above_zero("start", start)?;
                 if !(frames >= 5.0 && frames.is_finite()) {
-                    return Err(Error::new("frames", format!("must be finite and at least 5, got {frames}")));
+                    return Err(Error::new("frames", format!("must be finite and at least 5, got {frames:?}")));
                 }
             }
         }
@@ -177,7 +177,7 @@ pub(super) fn above_zero(argument: &'static str, value: f64) -> Result<f64, Erro
     if value.is_finite() && value > 0.0 {
         Ok(value)
     } else {
-        Err(Error::new(argument, format!("must be finite and above 0, got {value}")))
+        Err(Error::new(argument, format!("must be finite and above 0, got {value:?}")))
     }
 }
 
@@ -185,6 +185,6 @@ fn time(argument: &'static str, value: f64) -> Result<f64, Error> {
     if value > 0.0 && value <= LONGEST {
         Ok(value)
     } else {
-        Err(Error::new(argument, format!("must be above 0 and at most {LONGEST} s, got {value}")))
+        Err(Error::new(argument, format!("must be above 0 and at most {LONGEST} s, got {value:?}")))
     }
 }

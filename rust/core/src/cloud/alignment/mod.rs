@@ -48,7 +48,7 @@ impl Alignment {
         let settings = [("cell", width), ("cell", height), ("depth", self.depth), ("window", self.window)];
         for (name, value) in settings.into_iter().chain([("range_noise", self.range_noise)]) {
             if finite(name, value)? <= 0.0 {
-                return Err(Error::new(name, format!("must be above 0, got {value}")));
+                return Err(Error::new(name, format!("must be above 0, got {value:?}")));
             }
         }
         Ok(self)

@@ -66,7 +66,7 @@ impl RoadSearch {
         positive("max_slope", self.max_slope)?;
         if self.max_slope > STEEPEST {
             let problem =
-                format!("must be at most {STEEPEST}, got {}; it is rise per metre, not degrees", self.max_slope);
+                format!("must be at most {STEEPEST}, got {:?}; it is rise per metre, not degrees", self.max_slope);
             return Err(Error::new("max_slope", problem));
         }
         self.region().checked()?;
@@ -76,14 +76,14 @@ impl RoadSearch {
         }
         positive("tolerance", self.tolerance)?;
         if !(self.min_width >= LEAST_WIDTH && self.min_width.is_finite()) {
-            let problem = format!("must be finite and at least {LEAST_WIDTH}, got {}", self.min_width);
+            let problem = format!("must be finite and at least {LEAST_WIDTH}, got {:?}", self.min_width);
             return Err(Error::new("min_width", problem));
         }
         if self.min_patches == 0 {
             return Err(Error::new("min_patches", "must be at least 1, got 0"));
         }
         if !(0.0..=1.0).contains(&self.min_share) {
-            return Err(Error::new("min_share", format!("must be in [0, 1], got {}", self.min_share)));
+            return Err(Error::new("min_share", format!("must be in [0, 1], got {:?}", self.min_share)));
         }
         let [rows, columns] = [self.x, self.y].map(|(low, high)| (high - low).ceil().max(1.0));
         if rows * columns * (2.0 * self.reach() * LAYERS_PER_METRE).ceil() > MOST_VOXELS {
@@ -115,5 +115,5 @@ fn positive(argument: &'static str, value: f64) -> Result<f64, Error> {
     if value.is_finite() && value > 0.0 {
         return Ok(value);
     }
-    Err(Error::new(argument, format!("must be finite and above 0, got {value}")))
+    Err(Error::new(argument, format!("must be finite and above 0, got {value:?}")))
 }

@@ -130,7 +130,7 @@ impl RangeRate {
         self.scan.check_beams("ranges", ranges.len())?;
         finite("stamp", stamp)?;
         if yaw_rate.is_nan() || yaw_rate.abs() > FASTEST_TURN {
-            let problem = format!("must be at most {FASTEST_TURN} rad/s in size, got {yaw_rate}");
+            let problem = format!("must be at most {FASTEST_TURN} rad/s in size, got {yaw_rate:?}");
             return Err(Error::new("yaw_rate", problem));
         }
         let elapsed = self.history.newest().map(|last| stamp - last.stamp);

@@ -50,7 +50,7 @@ impl RateSettings {
     pub(super) fn check(&self) -> Result<(), Error> {
         positive("window", self.window)?;
         if self.window > LONGEST_WINDOW {
-            return Err(Error::new("window", format!("must be at most {LONGEST_WINDOW} s, got {}", self.window)));
+            return Err(Error::new("window", format!("must be at most {LONGEST_WINDOW} s, got {:?}", self.window)));
         }
         if !(3..=MOST_SCANS).contains(&self.min_scans) {
             let got = self.min_scans;
@@ -70,5 +70,5 @@ fn positive(argument: &'static str, value: f64) -> Result<(), Error> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
-    Err(Error::new(argument, format!("must be finite and above 0, got {value}")))
+    Err(Error::new(argument, format!("must be finite and above 0, got {value:?}")))
 }
