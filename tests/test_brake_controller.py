@@ -474,18 +474,18 @@ def test_a_frame_that_is_refused_does_not_count() -> None:
 
 def test_numbers_of_numpy_serve_as_well() -> None:
     """As they come out of arrays of settings and of odometry."""
-    controller = BrakeController(scan=scanner(), trigger=(np.int64(1), np.int64(1)), min_returns=np.int64(3))
-    motion = Motion(np.float32(4.0), np.float64(0.0))
-    decision = controller.update(
-        np.float64(0.0), ranges=wall(2.0), stamp=np.float32(0.0), motion=motion, override=np.bool_(False)
-    )
+    settings: dict[str, Any] = {"trigger": np.array([1, 1]), "min_returns": np.int64(3), "hold": np.float32(0.0)}
+    motion: list[Any] = [np.float32(4.0), np.float64(0.0)]
+    frame: dict[str, Any] = {"ranges": wall(2.0), "stamp": np.float32(0.0), "override": np.bool_(False)}
+    controller = BrakeController(scan=scanner(), **settings)
+    decision = controller.update(np.float64(0.0), motion=Motion(*motion), **frame)
     assert decision.command is Command.BRAKE
 
 
 def test_what_is_measured_later_than_handed_over_is_not_further_away() -> None:
     """A stamp a little ahead of this clock, and beams that would be measured only after the scan came."""
-    for settings, ahead in (({}, 0.09), ({"time_increment": 0.005}, 0.0)):
-        controller = BrakeController([IttcThreshold(1.5)], scan=scanner(), **settings)
+    for time_increment, ahead in ((0.0, 0.09), (0.005, 0.0)):
+        controller = BrakeController([IttcThreshold(1.5)], scan=scanner(), time_increment=time_increment)
         decision = controller.update(1.0, ranges=wall(8.0), stamp=1.0 + ahead, motion=Motion(4.0))
         assert decision.value == pytest.approx(2.0, abs=1e-3)
 

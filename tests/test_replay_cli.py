@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from enum import IntEnum
+from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,11 +20,13 @@ import matplotlib.image
 import numpy as np
 import pyarrow.parquet
 import pytest
+from packaging.requirements import Requirement
 from rich.console import Console
 
 from bags import Odom, Scan, drive, write
 from ttc_fast import Command
 from ttc_fast.cli import main
+from ttc_fast.cli.exits import EXTRAS
 from ttc_fast.logs import ScanLog, open_log
 from ttc_fast.replay import Replay, Row, Settings, sample, screen
 from ttc_fast.replay.rows_out import BATCH, CsvWriter
@@ -31,7 +34,7 @@ from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.files import read_configuration, read_parameters
 from ttc_fast.ros.settings import NodeSettings
 
-SCANS = str(sample("scans"))
+SCANS, CLOUDS, TABLE = str(sample("scans")), str(sample("clouds")), "gaps.csv"
 ROWS = list(Replay(SCANS))
 
 
@@ -127,6 +130,14 @@ def test_a_damaged_log_ends_partial(tmp_path: Path, capsys: pytest.CaptureFixtur
         ([SCANS, "--plot", "picture.gif"], 2, "--plot must end in .png or .svg"),
         ([SCANS, "--out", "/proc/nowhere/rows.csv"], 1, "choose another --out"),
         ([SCANS, "--plot", "/proc/nowhere/p.png"], 1, "choose another place"),
+        ([SCANS, "--out", f"{SCANS}/rows.csv"], 1, "approach.npz is not a folder; choose another --out"),
+        ([SCANS, "--plot", f"{SCANS}/p.png"], 1, "approach.npz is not a folder; choose another place"),
+        ([SCANS, "--plot", f"{SCANS}/a/p.png"], 1, "approach.npz is not a folder; choose another place"),
+        ([SCANS, "--gate-x", "1", "9"], 3, "a log of scans has no use for the option gate_x; leave it out"),
+        ([CLOUDS, "--range-max", "9"], 3, "a log of clouds has no use for the option range_max; leave it out"),
+        ([TABLE, "--outline", "1", "0", "0", "0"], 3, "a table of distances has no use for the option outline"),
+        ([TABLE, "--mount", "1", "0", "0"], 3, "a table of distances has no use for the option mount"),
+        ([TABLE, "--gate-z", "0", "1"], 3, "a table of distances has no use for the option gate_z"),
         ([SCANS, "--criterion", "Guess"], 2, "kind must be one of IttcThreshold"),
         ([SCANS, "--criterion", "IttcThreshold:threshold"], 2, "must be NAME=VALUE with a number"),
         ([SCANS, "--criterion", "IttcThreshold:limit=1"], 2, "no setting 'limit'"),
@@ -139,8 +150,15 @@ def test_a_damaged_log_ends_partial(tmp_path: Path, capsys: pytest.CaptureFixtur
     ],
 )
 def test_mistakes_are_one_line_and_a_code(
-    arguments: list[str], code: int, said: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str],
+    code: int,
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    (tmp_path / TABLE).write_text("stamp,distance\n0.0,9.0\n0.1,8.9\n")
+    monkeypatch.chdir(tmp_path)
     assert main(["replay", *arguments]) == code
     told = capsys.readouterr().err
     assert said in told
@@ -148,17 +166,31 @@ def test_mistakes_are_one_line_and_a_code(
 
 
 @pytest.mark.parametrize(
-    ("package", "arguments"),
-    [("rich", []), ("matplotlib", ["--plot", "p.png"]), ("pyarrow", ["--out", "r.parquet"])],
+    ("package", "extra", "arguments"),
+    [("rich", "log", []), ("matplotlib", "plot", ["--plot", "p.png"]), ("pyarrow", "parquet", ["--out", "r.parquet"])],
 )
-def test_a_missing_extra_is_one_line(package: str, arguments: list[str], tmp_path: Path) -> None:
+def test_a_missing_extra_is_one_line(package: str, extra: str, arguments: list[str], tmp_path: Path) -> None:
     program = (
         f"import sys; sys.modules[{package!r}] = None; from ttc_fast.cli import main; sys.exit(main(sys.argv[1:]))"
     )
     command = [sys.executable, "-c", program, "replay", SCANS, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 4
-    assert done.stderr.startswith(f"ttc-fast: this needs {package}, which is not installed: pip install 'ttc-fast[")
+    assert done.stderr.startswith(
+        f"ttc-fast: this needs {package}, which is not installed: pip install 'ttc-fast[{extra}]'"
+    )
+
+
+def brought_by(extra: str) -> set[str]:
+    """The packages that an extra installs; it may ask for other extras."""
+    every = [Requirement(each) for each in metadata.requires("ttc-fast") or []]
+    asked = [each for each in every if each.marker and each.marker.evaluate({"extra": extra})]
+    return {each.name for each in asked}.union(*(brought_by(more) for each in asked for more in each.extras))
+
+
+def test_a_missing_package_is_in_the_extra_that_is_named() -> None:
+    assert all(package in brought_by(extra) for package, extra in EXTRAS.items())
+    assert {"rich", "matplotlib"} <= brought_by("demo")
 
 
 def test_help_explains(capsys: pytest.CaptureFixture[str]) -> None:

@@ -52,7 +52,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         package = (error.name or "").partition(".")[0]
         if package not in EXTRAS:
             raise
-        return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: {install(EXTRAS[package])}")
+        extra = arguments.extra or EXTRAS[package]
+        return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: {install(extra)}")
     except KeyboardInterrupt:
         return _complain(INTERRUPTED, "interrupted")
     return DONE
@@ -82,5 +83,5 @@ def _parser() -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         command.add_options(options)
-        options.set_defaults(run=command.run)
+        options.set_defaults(run=command.run, extra=getattr(command, "EXTRA", None))
     return parser

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     import argparse
 
 SUMMARY = "replay the simulated logs that come with the package, or one of your own, and draw pictures"
+EXTRA = "demo"
 USAGE_LINE = "ttc-fast demo [OPTION ...] [PATH ...]"
 DESCRIPTION = """\
 Replay logs as ttc-fast replay does, print a table and a summary of each, and draw a picture of each into a folder.

@@ -1,8 +1,8 @@
 """How the command ends."""
 
 DONE, FAILED, USAGE, UNREADABLE, MISSING_EXTRA, PARTIAL, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
-EXTRAS = {"rich": "demo", "matplotlib": "demo", "pyarrow": "parquet"}
-"""Which extra brings a package."""
+EXTRAS = {"rich": "log", "matplotlib": "plot", "pyarrow": "parquet"}
+"""Which extra brings a package; a command may need one that brings more."""
 
 
 def install(extra: str) -> str:
@@ -16,7 +16,7 @@ exit codes:
   {FAILED}    the output could not be written, or the answers of bench differ
   {USAGE}    the command line makes no sense, or the settings of the node
   {UNREADABLE}    the log cannot be read, or makes no sense with these settings
-  {MISSING_EXTRA}    an optional package is missing: {install("demo")}
+  {MISSING_EXTRA}    an optional package is missing; the message says which extra brings it, such as ttc-fast[log]
   {PARTIAL}    a part of a log was lost, or one of several logs could not be read; the rest was done
   {INTERRUPTED}  interrupted
 """

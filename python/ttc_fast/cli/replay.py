@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
@@ -124,11 +125,21 @@ def play(played: Replay, rows: Iterable[Row], out: Path | None, plot: Path | Non
         from ttc_fast.replay.picture import save
 
         try:
-            plot.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(plot.parent)
             save(played, plot)
         except OSError as error:
             problem = f"cannot write {plot}: {error.strerror or error}; choose another place"
             raise CommandError(FAILED, problem) from error
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those that it is in; of a file on the way, say that it is one."""
+    for each in (folder, *folder.parents):
+        if each.exists():
+            if not each.is_dir():
+                raise NotADirectoryError(errno.ENOTDIR, f"{each} is not a folder")
+            break
+    folder.mkdir(parents=True, exist_ok=True)
 
 
 def _write(played: Replay, rows: Iterable[Row], out: Path | None) -> None:
@@ -140,7 +151,7 @@ def _write(played: Replay, rows: Iterable[Row], out: Path | None) -> None:
             for _ in rows:
                 pass
             return
-        out.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(out.parent)
         with WRITERS[out.suffix.lower()](out) as writer:
             for row in rows:
                 writer.write(row)

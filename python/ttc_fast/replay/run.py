@@ -101,7 +101,8 @@ class Replay:
     Raises
     ------
     LogError
-        If the log cannot be opened. While iterating, after the last row, if something of it was lost.
+        If the log cannot be opened, or has no use for what is said of it. While iterating, after the last row, if
+        something of it was lost.
     ConfigurationError
         If a setting makes no sense.
 
@@ -117,13 +118,13 @@ class Replay:
     def __init__(self, path: str | PathLike[str], settings: Settings | None = None) -> None:
         settings = settings or Settings()
         self.log = open_log(path, **settings.of_log)
-        self.eyes: Any
+        kind: Any = Distances
         if isinstance(self.log, ScanLog):
-            self.eyes = Scans(self.log, settings)
+            kind = Scans
         elif isinstance(self.log, CloudLog):
-            self.eyes = Clouds(self.log, settings)
-        else:
-            self.eyes = Distances(self.log, settings)
+            kind = Clouds
+        settings.refuse_useless(self.log.path, kind.name, kind.uses)
+        self.eyes: Any = kind(self.log, settings)
         self.threshold = min(self.eyes.judge.thresholds, default=TTC_THRESHOLD)
         self.summary = Summary(str(self.log.path), self.threshold, settings.sensor_timeout)
         self.series = Series()

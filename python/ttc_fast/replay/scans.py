@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ttc_fast.replay.judge import Judge, motion_of
 from ttc_fast.replay.row import Row
+from ttc_fast.replay.settings import SCANNER
 
 if TYPE_CHECKING:
     from ttc_fast.logs import ScanFrame, ScanLog
@@ -29,6 +30,9 @@ class Scans:
     ConfigurationError
         If a setting makes no sense.
     """
+
+    name: ClassVar[str] = "a log of scans"
+    uses: ClassVar[tuple[str, ...]] = SCANNER
 
     def __init__(self, log: ScanLog, settings: Settings) -> None:
         self._settings = settings

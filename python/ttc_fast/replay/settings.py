@@ -10,13 +10,18 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast._core import Gate
 from ttc_fast.brake import BrakeController
 from ttc_fast.configuration import Configuration, ConfigurationError
+from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+    from pathlib import Path
+
     from ttc_fast.brake import Criterion
     from ttc_fast.logs import Lidar
 
 SCANNER = ("range_min", "range_max", "mount", "outline")
 GATE = ("x", "y", "z", "intensity")
+GATE_OPTIONS = tuple(f"gate_{name}" for name in GATE)
 LANE = (-2.0, 2.0)  # m, left of the sensor
 
 
@@ -65,6 +70,13 @@ class Settings:
         """The gap between frames from which the brake takes the sensor for lost, s."""
         default = inspect.signature(BrakeController).parameters["sensor_timeout"].default
         return float(self.configuration.brake.get("sensor_timeout", default))
+
+    def refuse_useless(self, path: Path, kind: str, uses: Collection[str]) -> None:
+        """Refuse what is said of scanner or gate where a log has no use for it; a file may serve several kinds."""
+        said = [name for name in SCANNER if self.recording.get(name) is not None]
+        for name in (*said, *(f"gate_{name}" for name in self.gate)):
+            if name not in uses:
+                raise LogError(path, f"{kind} has no use for the option {name}; leave it out")
 
     def configured(self) -> Configuration:
         """Return the configuration with what else was said."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import forward_left_up
 from ttc_fast.replay.judge import Judge, motion_of
 from ttc_fast.replay.row import Row
+from ttc_fast.replay.settings import GATE_OPTIONS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,6 +44,8 @@ class Clouds:
         If a setting makes no sense.
     """
 
+    name: ClassVar[str] = "a log of clouds"
+    uses: ClassVar[tuple[str, ...]] = ("mount", "outline", *GATE_OPTIONS)
     rated = False
 
     def __init__(self, log: CloudLog, settings: Settings) -> None:
@@ -118,6 +121,8 @@ class Distances:
         Of the brake.
     """
 
+    name: ClassVar[str] = "a table of distances"
+    uses: ClassVar[tuple[str, ...]] = ()
     outline = None
     rated = False
 
