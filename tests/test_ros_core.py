@@ -340,6 +340,16 @@ class TestTime:
         assert frame(node).brake is False
         assert frame(node, 5.0).brake is True
 
+    def test_a_clock_that_is_set_back_a_little_brakes_until_it_has_caught_up(self, make: Make) -> None:
+        node = make()
+        frame(node)
+        before = node.now
+        node.now -= 0.8
+        while node.now < before - PERIOD:
+            assert frame(node).brake is True
+            assert node.diagnostics().values["reason"] in ("STALE", "HOLD")
+        assert [frame(node).brake for _ in range(80)][-40:] == [False] * 40
+
     def test_time_increment_ages_the_beams(self, make: Make) -> None:
         """The scan took 0.2 s; the beam ahead was measured in the middle, and 6.4 m is 1.6 s."""
         for increment, stamped, brakes in ((0.0, 0.2, True), (0.2 / BEAMS, 0.2, False)):
