@@ -112,6 +112,20 @@ def test_many_logs_have_a_line_and_a_file_each(tmp_path: Path, capsys: pytest.Ca
     assert written == {"rows-approach.npz.csv": 130, "rows-following.npz.csv": 13}
 
 
+def test_no_log_is_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table = "stamp,distance\n0.0,9.0\n0.1,8.9\n"
+    for name in ("a.csv", "b.csv", "rows-a.csv.csv"):
+        (tmp_path / name).write_text(table)
+    (tmp_path / "link.csv").symlink_to(tmp_path / "a.csv")
+    a, b, named = (str(tmp_path / name) for name in ("a.csv", "b.csv", "rows-a.csv.csv"))
+    for arguments in ([a, "--out", a], [a, "--out", str(tmp_path / "link.csv")]):
+        assert main(["replay", *arguments]) == 2
+        assert "is a log that is to be replayed; choose another --out" in capsys.readouterr().err
+    assert main(["replay", a, b, named, "--out", str(tmp_path / "rows.csv")]) == 2
+    assert f"{named}: is a log" in capsys.readouterr().err
+    assert {Path(each).read_text() for each in (a, b, named)} == {table}
+
+
 def test_a_damaged_log_ends_partial(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = write(tmp_path, "bag", drive(100, 256))
     content = path.read_bytes()

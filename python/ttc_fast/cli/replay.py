@@ -65,6 +65,7 @@ def run(arguments: argparse.Namespace) -> None:
         return
     from ttc_fast.replay.console import open_console
 
+    spare_logs(arguments.paths, [arguments.out])
     played = show(arguments.paths[0], settings, open_console(), arguments.rows, arguments.out, arguments.plot)
     check(played)
 
@@ -102,6 +103,13 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
         if plot.suffix.lower() not in (".png", ".svg"):
             raise CommandError(USAGE, f"--plot must end in .png or .svg, got {plot}")
         import matplotlib  # noqa: F401
+
+
+def spare_logs(paths: list[Path], outs: list[Path | None]) -> None:
+    """Refuse to write rows over what is to be read."""
+    for out in outs:
+        if out is not None and out.exists() and any(path.exists() and out.samefile(path) for path in paths):
+            raise CommandError(USAGE, f"{out}: is a log that is to be replayed; choose another --out")
 
 
 def opened(path: Path, settings: Settings) -> Replay:

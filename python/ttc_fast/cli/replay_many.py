@@ -10,7 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import TYPE_CHECKING
 
 from ttc_fast.cli.exits import FAILED, PARTIAL, UNREADABLE, CommandError
-from ttc_fast.cli.replay import opened, play
+from ttc_fast.cli.replay import opened, play, spare_logs
 from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ def run_many(paths: list[Path], settings: Settings, out: Path | None, plot: Path
     from ttc_fast.replay.screen import print_summaries
 
     outs, plots = each_of(out, paths), each_of(plot, paths)
+    spare_logs(paths, outs)
     jobs = min(jobs or os.cpu_count() or 1, len(paths))
     summaries = _replay_all(paths, settings, outs, plots, jobs)
     print_summaries(summaries, open_console())
