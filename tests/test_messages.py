@@ -98,6 +98,21 @@ def test_brakes(setting: str) -> None:
     assert not re.search(r"\d{17}", message)
 
 
+@pytest.mark.parametrize("wrong", ["1", None, np.array([1.0]), [1.0]])
+def test_what_is_no_number_is_named(wrong: Any) -> None:
+    pixels, cloud = np.ones((4, 2)), np.ones((4, 3))
+    calls: dict[str, Callable[[], Any]] = {
+        "scale": lambda: ttc_fast.ttc_from_scale(wrong, 0.1),
+        "dt": lambda: ttc_fast.ttc_from_scale(1.1, wrong),
+        "previous": lambda: ttc_fast.ttc_from_heights(wrong, 1.0, 0.1),
+        "current": lambda: ttc_fast.ttc_from_heights(1.0, wrong, 0.1),
+        "stamp": lambda: ttc_fast.CloudTracker().update(cloud, wrong),
+    }
+    for name, call in calls.items():
+        assert said(call).startswith(f"{name} must be a number, got ")
+    assert said(lambda: ttc_fast.ttc_from_keypoints(pixels, pixels, wrong)).startswith("dt must be a number, got ")
+
+
 def test_a_brake_that_is_told_a_huge_speed() -> None:
     frame: dict[str, Any] = {"ranges": np.ones(11), "stamp": 0.0, "motion": Motion(HUGE)}
     message = said(lambda: BrakeController(scan=SCAN).update(0.0, **frame))

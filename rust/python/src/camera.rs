@@ -2,6 +2,7 @@
 
 use crate::errors::value_error;
 use crate::gil::release;
+use crate::number::number;
 use crate::points::{AnyPixels, Pixels};
 use crate::settings_object::settings_object;
 use crate::{enums, level};
@@ -219,8 +220,8 @@ impl KeypointTTC {
 /// >>> round(ttc_fast.ttc_from_scale(1.05, 0.1), 6)
 /// 2.0
 #[pyfunction]
-pub fn ttc_from_scale(scale: f64, dt: f64) -> PyResult<f64> {
-    camera::ttc_from_scale(scale, dt).map_err(value_error)
+pub fn ttc_from_scale(scale: &Bound<'_, PyAny>, dt: &Bound<'_, PyAny>) -> PyResult<f64> {
+    camera::ttc_from_scale(number("scale", scale)?, number("dt", dt)?).map_err(value_error)
 }
 
 /// Time-to-collision by two heights of the same thing in the picture, ``dt`` seconds apart.
@@ -253,8 +254,13 @@ pub fn ttc_from_scale(scale: f64, dt: f64) -> PyResult<f64> {
 /// >>> round(ttc_fast.ttc_from_heights(100.0, 105.0, 0.1), 6)
 /// 2.0
 #[pyfunction]
-pub fn ttc_from_heights(previous: f64, current: f64, dt: f64) -> PyResult<f64> {
-    camera::ttc_from_heights(previous, current, dt).map_err(value_error)
+pub fn ttc_from_heights(
+    previous: &Bound<'_, PyAny>,
+    current: &Bound<'_, PyAny>,
+    dt: &Bound<'_, PyAny>,
+) -> PyResult<f64> {
+    let [previous, current] = [number("previous", previous)?, number("current", current)?];
+    camera::ttc_from_heights(previous, current, number("dt", dt)?).map_err(value_error)
 }
 
 /// Time-to-collision by keypoints matched between two pictures taken ``dt`` seconds apart, with no distance at all.
@@ -311,12 +317,13 @@ pub fn ttc_from_keypoints(
     py: Python<'_>,
     previous: &Bound<'_, PyAny>,
     current: &Bound<'_, PyAny>,
-    dt: f64,
+    dt: &Bound<'_, PyAny>,
     min_distance: f64,
     estimator: Option<&Bound<'_, PyAny>>,
     threads: i64,
 ) -> PyResult<KeypointTTC> {
     let threads = crate::threads(threads)?;
+    let dt = number("dt", dt)?;
     let estimator = estimator.map_or(Ok(Estimator::default()), self::estimator)?;
     let (previous, current) = (Pixels::view("previous", previous)?, Pixels::view("current", current)?);
     let (previous, current) = (previous.positions(), current.positions());

@@ -117,7 +117,8 @@ impl CloudTracker {
     /// >>> tracker = ttc_fast.CloudTracker(estimator=ttc_fast.Minimum())
     /// >>> tracker.update(np.array([[8.0, 0.0, 0.5]]), stamp=3.0)
     /// TrackedTTC(ttc=inf, status=WARMING_UP, distance=8.0000, closing_speed=NaN)
-    fn update(&mut self, py: Python<'_>, points: &Bound<'_, PyAny>, stamp: f64) -> PyResult<TrackedTTC> {
+    fn update(&mut self, py: Python<'_>, points: &Bound<'_, PyAny>, stamp: &Bound<'_, PyAny>) -> PyResult<TrackedTTC> {
+        let stamp = crate::number::number("stamp", stamp)?;
         let cloud = Cloud::view("points", points)?;
         let points = cloud.points();
         let tracker = &mut self.tracker;
