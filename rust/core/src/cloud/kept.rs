@@ -1,7 +1,7 @@
 //! Distances ahead and the points that they are of, in the order in which they came.
 
 use super::candidates::Candidate;
-use super::order::{Cut, Found, Nth};
+use super::order::{Cut, Found, Least, Nth};
 use crate::lanes::{LANES, Lanes, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Level};
@@ -55,6 +55,11 @@ impl<T: Real> Kept<T> {
     /// All, in the order in which they came.
     pub(super) fn iter(&self) -> impl ExactSizeIterator<Item = Candidate<T>> {
         self.x.iter().zip(&self.index).map(|(&x, &index)| Candidate { x, index })
+    }
+
+    /// The distance of the nearest; infinite if there is none.
+    pub(super) fn least(&mut self, level: Level) -> T {
+        level.run(Least(self.groups()))
     }
 
     /// The `n`-th nearest, from 1; of two as near the one that came first. There must be as many.

@@ -85,7 +85,7 @@ pub fn robust_min_x<T: Real>(
         let clear = MinX { x: f64::INFINITY, nearest_x: f64::INFINITY, detection: Detection::Clear, ..nothing };
         return Ok(if any_valid(&points) { clear } else { nothing });
     }
-    let seen = MinX { nearest_x: kept.nth(1, level).x.wide(), candidates: count, ..nothing };
+    let seen = MinX { nearest_x: kept.least(level).wide(), candidates: count, ..nothing };
     Ok(match estimator.estimate(&mut kept, &points, gate, level) {
         None => MinX { detection: Detection::TooFew, ..seen },
         Some(Estimate { x, index, support }) => MinX { x, index, support, detection: Detection::Found, ..seen },

@@ -1,8 +1,9 @@
 //! Which of many distances is the n-th smallest, found by counting.
 //!
-//! Values stay where they are, in groups of lanes with positive infinity in what is left of the last one. A bound is halved
-//! until as many are within it as are asked for: each step is a pass over lanes without a branch, and steps are about as many
-//! as bits in the number of values, for any order of them. Ties may take as many as a number has bits.
+//! Values stay where they are, in groups of lanes with positive infinity in what is left of the last one. An interval is cut
+//! in four until as many values are up to a cut as are asked for: each step is a pass over lanes without a branch, and steps
+//! are about half as many as bits in the number of values, for any order of them. Ties may take half as many as a number has
+//! bits.
 
 use crate::lanes::{LANES, Lanes, least};
 use crate::real::Real;
@@ -28,24 +29,51 @@ impl<T: Real> Kernel for Nth<'_, T> {
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Found<T> {
         let Nth { values, n } = self;
-        let mut low = not_below(simd, values, T::ZERO - T::MAX);
+        let least = not_below(simd, values, T::ZERO - T::MAX);
         if n == 1 {
-            return equal(simd, values, low, 0);
+            return equal(simd, values, least, 0);
         }
-        let mut x = low;
-        if up_to(values, low) < n {
-            let mut high = greatest(values, T::MAX);
-            // Fewer than `n` are up to `low`, and at least `n` up to `high`.
-            x = loop {
-                let Some(middle) = T::between(low, high) else { break high };
-                let count = up_to(values, middle);
-                if count == n {
-                    break greatest(values, middle);
-                }
-                (low, high) = if count < n { (middle, high) } else { (low, middle) };
-            };
+        let [ties] = up_to(simd, values, [least]);
+        if ties >= n {
+            return equal(simd, values, least, n - 1);
         }
-        equal(simd, values, x, n - 1 - up_to(values, x.below()))
+        let x = beyond(simd, values, n, least);
+        let [before] = up_to(simd, values, [x.below()]);
+        equal(simd, values, x, n - 1 - before)
+    }
+}
+
+/// The `n`-th smallest value, where fewer than `n` are up to `low`.
+#[inline(always)]
+fn beyond<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], n: usize, mut low: T) -> T {
+    let mut high = greatest(values, T::MAX); // at least `n` are up to it, now and later
+    while let Some(middle) = T::between(low, high) {
+        let before = T::between(low, middle).unwrap_or(low);
+        let behind = T::between(middle, high).unwrap_or(middle);
+        let cuts = [before, middle, behind];
+        for (cut, count) in cuts.into_iter().zip(up_to(simd, values, cuts)) {
+            if count == n {
+                return greatest(values, cut);
+            }
+            if count > n {
+                high = cut;
+                break;
+            }
+            low = cut;
+        }
+    }
+    high
+}
+
+/// Looks for the smallest value; infinite if there is none.
+pub(super) struct Least<'a, T>(pub &'a [Lanes<T>]);
+
+impl<T: Real> Kernel for Least<'_, T> {
+    type Output = T;
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, simd: I) -> T {
+        not_below(simd, self.0, T::ZERO - T::MAX)
     }
 }
 
@@ -60,35 +88,21 @@ impl<T: Real> Kernel for Cut<'_, T> {
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> (usize, T) {
-        (up_to(self.values, self.limit.below()), not_below(simd, self.values, self.limit))
+        let [below] = up_to(simd, self.values, [self.limit.below()]);
+        (below, not_below(simd, self.values, self.limit))
     }
 }
 
-/// How many values are at most `limit`.
+/// How many values are at most each of some limits.
 #[inline(always)]
-fn up_to<T: Real>(values: &[Lanes<T>], limit: T) -> usize {
-    /// So many groups at a time are counted exactly in the lanes.
-    const GROUPS: usize = 1 << 16;
-    let (one, mut total) = (T::of(1.0), 0);
-    for some in values.chunks(GROUPS) {
-        let mut counts = [T::ZERO; LANES];
-        for x in some {
-            for lane in 0..LANES {
-                counts[lane] = counts[lane] + if x[lane] <= limit { one } else { T::ZERO };
-            }
+fn up_to<T: Real, I: Instructions, const N: usize>(simd: I, values: &[Lanes<T>], limits: [T; N]) -> [usize; N] {
+    let (lowest, mut counts) = ([T::ZERO - T::MAX; LANES], [0; N]);
+    for x in values {
+        for i in 0..N {
+            counts[i] += T::within(simd, x, &lowest, &[limits[i]; LANES]).count_ones() as usize;
         }
-        let mut half = LANES / 2;
-        while half > 0 {
-            for lane in 0..half {
-                counts[lane] = counts[lane] + counts[lane + half];
-            }
-            half /= 2;
-        }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
-        let counted = counts[0].wide() as usize;
-        total += counted;
     }
-    total
+    counts
 }
 
 /// The least value from `limit` on; infinite if there is none.
