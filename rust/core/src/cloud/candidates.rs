@@ -65,6 +65,8 @@ pub(super) struct Candidates<T> {
 const SAMPLE: usize = 64;
 /// So many more nearest points than wanted, or twice as many, may be kept before they are thinned out.
 const ROOM: usize = 1024;
+/// There is room for one in so many points to be kept at first: a small cloud would notice what more memory takes.
+const SPARSE: usize = 5;
 /// Fewer points than this are not worth a thread of their own.
 const LEAST_PIECE: usize = 1 << 16;
 
@@ -78,7 +80,7 @@ impl<T: Real> Candidates<T> {
         threads: usize,
     ) -> Self {
         let piece = |range: Range<usize>| {
-            let mut piece = Candidates::nothing(wanted, range.len());
+            let mut piece = Candidates::nothing(wanted, range.len() / SPARSE);
             points.rows(range).for_each(|(first, row)| piece.collect(first, row, gate, level));
             piece
         };
@@ -89,9 +91,9 @@ impl<T: Real> Candidates<T> {
         found.into_iter().reduce(|all, piece| all.with(&piece)).unwrap_or_else(|| Candidates::nothing(wanted, 0))
     }
 
-    /// None yet, of at most `points`.
-    fn nothing(wanted: Option<usize>, points: usize) -> Self {
-        Candidates { count: 0, kept: Kept::with_capacity(points.min(ROOM)), cap: T::MAX, wanted }
+    /// None yet, with room for so many.
+    fn nothing(wanted: Option<usize>, room: usize) -> Self {
+        Candidates { count: 0, kept: Kept::with_capacity(room.min(ROOM)), cap: T::MAX, wanted }
     }
 
     /// These, and those of points that come after them.

@@ -1,7 +1,7 @@
 //! Euclidean clustering, as far as the nearest cluster that is large enough.
 //!
 //! Candidates are taken nearest first. Each that no cluster has yet is the nearest point of a new one, which is grown by
-//! asking a tree of boxes, point after point, for all that is near and in no cluster yet. The first cluster with enough
+//! asking a tree of boxes, point after point, for all that is near and in no cluster yet, until nothing is left. The first cluster with enough
 //! points is the answer, so on most frames one cluster is grown. What is taken leaves the tree: however many points lie on
 //! one spot, each is found once.
 
@@ -39,21 +39,25 @@ impl Kernel for Search {
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Self::Output {
         let Search { mut tree, limit, min_points } = self;
-        let mut found = Vec::with_capacity(tree.len());
+        let (mut taken, mut to_grow) = (0, Vec::with_capacity(tree.len()));
         for seed in 0..tree.len() {
             if !tree.is_free(seed) {
                 continue;
             }
-            found.clear();
-            tree.take(seed, &mut found);
-            let mut grown = 0;
-            while grown < found.len() {
-                let point = tree.point(found[grown]);
-                tree.take_near(simd, &point, limit, &mut found);
-                grown += 1;
+            let others = taken;
+            tree.take(seed, &mut to_grow);
+            taken += 1;
+            // From the point found last, which lies at the rim: few points find all the others, and with none left to find
+            // the rest need not be asked.
+            while taken < tree.len()
+                && let Some(place) = to_grow.pop()
+            {
+                let (point, known) = (tree.point(place), to_grow.len());
+                tree.take_near(simd, &point, limit, &mut to_grow);
+                taken += to_grow.len() - known;
             }
-            if found.len() >= min_points {
-                return Some((seed, found.len()));
+            if taken - others >= min_points {
+                return Some((seed, taken - others));
             }
         }
         None
