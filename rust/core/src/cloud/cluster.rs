@@ -9,6 +9,10 @@ use super::candidates::{Candidate, Estimate};
 use super::tree::{Point, Tree};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
+use std::iter;
+
+/// The cluster looked for mostly has one of so many nearest points; the others are put in order when it has not.
+const LIKELY_SEEDS: usize = 32;
 
 /// The nearest point of the nearest cluster of at least `min_points`.
 pub(super) fn nearest<T: Real>(
@@ -18,29 +22,41 @@ pub(super) fn nearest<T: Real>(
     level: Level,
     position: impl Fn(&Candidate<T>) -> Point,
 ) -> Option<Estimate> {
-    candidates.sort_unstable_by(Candidate::order);
+    let few = candidates.len().min(LIKELY_SEEDS);
+    if few < candidates.len() {
+        candidates.select_nth_unstable_by(few, Candidate::order);
+    }
+    candidates[..few].sort_unstable_by(Candidate::order);
     let tree = Tree::new(candidates.iter().map(position));
-    let (seed, support) = level.run(Search { tree, limit: tolerance * tolerance, min_points })?;
+    let others = || {
+        let mut others: Vec<usize> = (few..candidates.len()).collect();
+        others.sort_unstable_by(|a, b| candidates[*a].order(&candidates[*b]));
+        others
+    };
+    let seeds = (0..few).chain(iter::once_with(others).flatten());
+    let (seed, support) = level.run(Search { tree, seeds, limit: tolerance * tolerance, min_points })?;
     let Candidate { x, index } = candidates[seed];
     Some(Estimate { x: x.wide(), index: Some(index), support })
 }
 
 /// Looks for the first cluster with enough points; gives its first point and how many it has.
-struct Search {
+struct Search<S> {
     tree: Tree,
+    /// All points, nearest first.
+    seeds: S,
     /// Longest link, squared.
     limit: f64,
     min_points: usize,
 }
 
-impl Kernel for Search {
+impl<S: Iterator<Item = usize>> Kernel for Search<S> {
     type Output = Option<(usize, usize)>;
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Self::Output {
-        let Search { mut tree, limit, min_points } = self;
+        let Search { mut tree, seeds, limit, min_points } = self;
         let (mut taken, mut to_grow) = (0, Vec::with_capacity(tree.len()));
-        for seed in 0..tree.len() {
+        for seed in seeds {
             if !tree.is_free(seed) {
                 continue;
             }
