@@ -36,18 +36,18 @@ _RATES = (
     "at 40 Hz), and what is summed up for a beam does not fit in the registers."
 )
 _HITS = (
-    "Of 1k points (about 140 of them inside the gate) a third is the call (robust_min_x of 1 point, below); the call "
-    "and a bare read of the bytes from Python each take longer than the goal. 20k points are 320 KB, and do not stay "
-    "in the first cache: a bare read of them takes two thirds of the time, and more than the goal."
+    "Of 1k points (about 140 of them inside the gate) nearly two fifths is the call (robust_min_x of 1 point, below), "
+    "a fifth finding the order statistic, and the rest reading and keeping the points; the call and a bare read of the "
+    "bytes from Python each take longer than the goal. 20k points are 320 KB, and do not stay in the first cache: a "
+    "bare read of them takes seven tenths of the time, and more than the goal."
 )
 _GATE = (
     "The bytes bound it: a bare read takes nine tenths of the time. The rest are the call, the points inside, and "
     "finding an order statistic of them, about 3 % of the time."
 )
 _CLUSTER = (
-    "About four fifths of it is linking the gated points: half of that a search of a tree for each of about 580, half "
-    "sorting them and building the tree. The same frame again and again takes half the time: what is left are branches "
-    "that a new frame makes the processor guess wrongly."
+    "Two fifths of it is the pass over the points. Most of the rest is reading the gated points, about 580, a second "
+    "time and building a tree of them; the search of the tree takes a tenth."
 )
 _ALIGNMENT = (
     "The fit over a window takes about 70 us whatever the size of the cloud, because it depends on the car ahead "

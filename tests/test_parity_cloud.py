@@ -206,6 +206,17 @@ def test_links_in_every_direction(direction: tuple[int, int, int]) -> None:
             assert_parity(points, Gate(), ttc_fast.Cluster(1.0, 2))
 
 
+@pytest.mark.parametrize("strays", [30, 31, 32, 33, 100])
+def test_a_cluster_behind_many_strays(strays: int) -> None:
+    """However many points lie nearer, each alone: and with the cluster among them in memory."""
+    rng = np.random.default_rng(strays)
+    alone = np.array([[3.0 + i, 0.0, 0.0] for i in range(strays)])
+    clusters = [np.array([[at + 0.1 * i, 0.0, 0.0] for i in range(6)]) for at in (3.5 + strays, 6.5 + strays)]
+    points = rng.permutation(np.concatenate([alone, *clusters]))
+    for min_points in (1, 2, 6, 7):
+        assert_parity(points, Gate(), ttc_fast.Cluster(0.2, min_points))
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_links_of_a_random_walk(seed: int) -> None:
     """Clusters that are grown forwards, backwards and sideways, and fall apart as the tolerance shrinks."""
