@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import errno
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
 from ttc_fast.cli import replay_options
-from ttc_fast.cli.exits import FAILED, PARTIAL, UNREADABLE, USAGE, CommandError
-from ttc_fast.logs import FORMATS, LogError
+from ttc_fast.cli.exits import PARTIAL, UNREADABLE, USAGE, CommandError
+from ttc_fast.cli.replay_log import opened, play, spare_logs
+from ttc_fast.cli.replay_many import run_many
+from ttc_fast.logs import FORMATS
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Iterable
 
     from rich.console import Console
 
-    from ttc_fast.replay import Replay, Row, Settings
+    from ttc_fast.replay import Replay, Settings
 
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
 USAGE_LINE = "ttc-fast replay [OPTION ...] PATH [PATH ...]"
@@ -59,8 +59,6 @@ def run(arguments: argparse.Namespace) -> None:
     settings = replay_options.settings(arguments)
     _check_outputs(arguments.out, arguments.plot)
     if len(arguments.paths) > 1:
-        from ttc_fast.cli.replay_many import run_many
-
         run_many(arguments.paths, settings, arguments.out, arguments.plot, arguments.jobs)
         return
     from ttc_fast.replay.console import open_console
@@ -103,67 +101,3 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
         if plot.suffix.lower() not in (".png", ".svg"):
             raise CommandError(USAGE, f"--plot must end in .png or .svg, got {plot}")
         import matplotlib  # noqa: F401
-
-
-def spare_logs(paths: list[Path], outs: list[Path | None]) -> None:
-    """Refuse to write rows over what is to be read."""
-    for out in outs:
-        if out is not None and out.exists() and any(path.exists() and out.samefile(path) for path in paths):
-            raise CommandError(USAGE, f"{out}: is a log that is to be replayed; choose another --out")
-
-
-def opened(path: Path, settings: Settings) -> Replay:
-    """Open a log; settings that make no sense for it are the user's mistake."""
-    from ttc_fast.configuration import ConfigurationError
-    from ttc_fast.replay import Replay
-
-    try:
-        return Replay(path, settings)
-    except ConfigurationError as error:
-        raise CommandError(USAGE, f"{path}: {error}") from error
-
-
-def play(played: Replay, rows: Iterable[Row], out: Path | None, plot: Path | None) -> None:
-    """Replay to the end; what is lost on the way is in the summary."""
-    try:
-        _write(played, rows, out)
-    except OSError as error:
-        raise CommandError(FAILED, f"cannot write {out}: {error.strerror or error}; choose another --out") from error
-    if plot is not None and played.summary.frames:
-        from ttc_fast.replay.picture import save
-
-        try:
-            make_folder(plot.parent)
-            save(played, plot)
-        except OSError as error:
-            problem = f"cannot write {plot}: {error.strerror or error}; choose another place"
-            raise CommandError(FAILED, problem) from error
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder and those that it is in; of a file on the way, say that it is one."""
-    for each in (folder, *folder.parents):
-        if each.exists():
-            if not each.is_dir():
-                raise NotADirectoryError(errno.ENOTDIR, f"{each} is not a folder")
-            break
-    folder.mkdir(parents=True, exist_ok=True)
-
-
-def _write(played: Replay, rows: Iterable[Row], out: Path | None) -> None:
-    from ttc_fast.configuration import ConfigurationError
-    from ttc_fast.replay.rows_out import WRITERS
-
-    try:
-        if out is None:
-            for _ in rows:
-                pass
-            return
-        make_folder(out.parent)
-        with WRITERS[out.suffix.lower()](out) as writer:
-            for row in rows:
-                writer.write(row)
-    except LogError:
-        pass  # the summary tells
-    except ConfigurationError as error:
-        raise CommandError(USAGE, f"{played.log.path}: {error}") from error

@@ -10,7 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import TYPE_CHECKING
 
 from ttc_fast.cli.exits import FAILED, PARTIAL, UNREADABLE, CommandError
-from ttc_fast.cli.replay import opened, play, spare_logs
+from ttc_fast.cli.replay_log import opened, play, spare_logs
 from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:
