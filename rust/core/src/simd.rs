@@ -41,6 +41,9 @@ pub trait Kernel {
 
 /// What lanes alone do not compile well to. A value of such a type proves that the processor has the instructions.
 pub trait Instructions: Copy {
+    /// Whether comparing lanes gives bits in one instruction, so that counting those is quicker than counting in lanes.
+    const BITS: bool = false;
+
     /// For each lane a bit, whether `low <= x <= high`.
     #[inline(always)]
     fn within_f32(self, x: &Lanes<f32>, low: &Lanes<f32>, high: &Lanes<f32>) -> u16 {
@@ -558,6 +561,8 @@ mod x86 {
     }
 
     impl Instructions for Avx512 {
+        const BITS: bool = true;
+
         #[inline(always)]
         fn compress_f32(self, x: &Lanes<f32>, keep: u16) -> Lanes<f32> {
             let mut kept = [0.0; LANES];

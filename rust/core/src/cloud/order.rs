@@ -96,6 +96,20 @@ impl<T: Real> Kernel for Cut<'_, T> {
 /// How many values are at most each of some limits.
 #[inline(always)]
 fn up_to<T: Real, I: Instructions, const N: usize>(simd: I, values: &[Lanes<T>], limits: [T; N]) -> [usize; N] {
+    /// So many groups at a time are counted exactly in the lanes.
+    const GROUPS: usize = 1 << 16;
+    let mut totals = [0; N];
+    for some in values.chunks(GROUPS) {
+        let counts = if I::BITS { count_bits(simd, some, limits) } else { count_lanes(some, limits) };
+        for i in 0..N {
+            totals[i] += counts[i];
+        }
+    }
+    totals
+}
+
+#[inline(always)]
+fn count_bits<T: Real, I: Instructions, const N: usize>(simd: I, values: &[Lanes<T>], limits: [T; N]) -> [usize; N] {
     let (lowest, mut counts) = ([T::ZERO - T::MAX; LANES], [0; N]);
     for x in values {
         for i in 0..N {
@@ -103,6 +117,38 @@ fn up_to<T: Real, I: Instructions, const N: usize>(simd: I, values: &[Lanes<T>],
         }
     }
     counts
+}
+
+#[inline(always)]
+fn count_lanes<T: Real, const N: usize>(values: &[Lanes<T>], limits: [T; N]) -> [usize; N] {
+    let (one, mut counts) = (T::of(1.0), [[T::ZERO; LANES]; N]);
+    for x in values {
+        for i in 0..N {
+            for lane in 0..LANES {
+                counts[i][lane] = counts[i][lane] + if x[lane] <= limits[i] { one } else { T::ZERO };
+            }
+        }
+    }
+    let mut sums = [0; N];
+    for i in 0..N {
+        sums[i] = sum(counts[i]);
+    }
+    sums
+}
+
+/// The sum of what was counted in each lane.
+#[inline(always)]
+fn sum<T: Real>(mut counts: Lanes<T>) -> usize {
+    let mut half = LANES / 2;
+    while half > 0 {
+        for lane in 0..half {
+            counts[lane] = counts[lane] + counts[lane + half];
+        }
+        half /= 2;
+    }
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+    let counted = counts[0].wide() as usize;
+    counted
 }
 
 /// The least value from `limit` on; infinite if there is none.
