@@ -11,6 +11,7 @@ import os
 import re
 import threading
 from collections import Counter
+from weakref import WeakValueDictionary
 
 from cyclonedds.core import DDSException
 from cyclonedds.domain import Domain
@@ -45,20 +46,24 @@ class Refusals:
         finally:
             os.close(writing)  # Cyclone has opened its own; the pipe ends when Cyclone closes that
         # A thread of its own: Cyclone would wait at a full pipe.
-        threading.Thread(target=self._listen, args=(reading,), name="ttc_fast.dds", daemon=True).start()
+        # It knows the counts only: if it kept all of this, the domain would outlive whoever asks for them.
+        arguments = (reading, self._counts, self._lock)
+        threading.Thread(target=_listen, args=arguments, name="ttc_fast.dds", daemon=True).start()
 
     def of(self, topic: str) -> int:
         """Return how many messages of a DDS topic were refused; of "", packets that tell no topic."""
         with self._lock:
             return self._counts[topic]
 
-    def _listen(self, pipe: int) -> None:
-        with os.fdopen(pipe, encoding="utf-8", errors="replace") as lines:
-            for line in lines:
-                refused = REFUSED.search(line)
-                if refused is not None:
-                    with self._lock:
-                        self._counts[refused["topic"] or ""] += 1
+
+def _listen(pipe: int, counts: Counter[str], lock: threading.Lock) -> None:
+    """Count what is refused, until Cyclone closes its end of the pipe."""
+    with os.fdopen(pipe, encoding="utf-8", errors="replace") as lines:
+        for line in lines:
+            refused = REFUSED.search(line)
+            if refused is not None:
+                with lock:
+                    counts[refused["topic"] or ""] += 1
 
 
 def _configuration(pipe: int) -> str:
@@ -67,13 +72,15 @@ def _configuration(pipe: int) -> str:
     return ",".join([ours, *filter(None, [os.environ.get("CYCLONEDDS_URI", "")])])
 
 
-_domains: dict[int, Refusals] = {}
+_domains: WeakValueDictionary[int, Refusals] = WeakValueDictionary()
+"""Cyclone is configured once for each domain. It leaves a domain with the last who was in it."""
 _lock = threading.Lock()
 
 
 def refusals(domain: int) -> Refusals:
-    """Join a domain, at the first call, and return its counts."""
+    """Join a domain, unless somebody has, and return its counts."""
     with _lock:
-        if domain not in _domains:
-            _domains[domain] = Refusals(domain)
-        return _domains[domain]
+        counted = _domains.get(domain)
+        if counted is None:
+            counted = _domains[domain] = Refusals(domain)
+        return counted

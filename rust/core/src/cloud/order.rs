@@ -65,7 +65,7 @@ fn beyond<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], n: usize, mut 
     high
 }
 
-/// Looks for the smallest value; infinite if there is none.
+/// Looks for the smallest value; infinite if there is none. Of the two zeros the positive one, whatever comes first.
 pub(super) struct Least<'a, T>(pub &'a [Lanes<T>]);
 
 impl<T: Real> Kernel for Least<'_, T> {
@@ -73,7 +73,7 @@ impl<T: Real> Kernel for Least<'_, T> {
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> T {
-        not_below(simd, self.0, T::ZERO - T::MAX)
+        not_below(simd, self.0, T::ZERO - T::MAX) + T::ZERO
     }
 }
 
