@@ -15,13 +15,16 @@ from ttc_fast import (
     DistanceTracker,
     Estimate,
     EstimateThreshold,
+    IttcThreshold,
     Minimum,
     Motion,
+    RangeRate,
     Reason,
     RssDistance,
     ScanTTC,
     Status,
     StoppingDistance,
+    SweptPathThreshold,
 )
 from ttc_fast.brake import Source
 
@@ -227,3 +230,35 @@ def test_estimates_are_refused_with_the_reason(wrong: dict[str, Any], error: typ
         BrakeController().update(1.0, estimate=estimate)
     with pytest.raises(error, match=says):
         BrakeController(scan=ScanTTC(-0.5, 0.1, 11)).update(1.0, estimate=estimate)
+
+
+BUMPER = (-0.1, 0.4, -0.15, 0.15)
+EACH_CRITERION = [IttcThreshold(), SweptPathThreshold(), EstimateThreshold(), StoppingDistance(), RssDistance()]
+
+
+@pytest.mark.parametrize("criterion", EACH_CRITERION, ids=lambda criterion: criterion.name)
+@pytest.mark.parametrize("outline", [None, BUMPER], ids=["no outline", "outline"])
+@pytest.mark.parametrize("rated", [False, True], ids=["no rate", "rate"])
+@pytest.mark.parametrize("motion", [None, Motion(5.0)], ids=["no motion", "motion"])
+def test_whatever_judges_a_scan_is_looked_at(
+    criterion: Criterion, outline: tuple[float, float, float, float] | None, rated: bool, motion: Motion | None
+) -> None:
+    scan = ScanTTC(-1.5, 0.1, 31, range_min=0.06, outline=outline)
+    if isinstance(criterion, SweptPathThreshold) and outline is None:
+        return  # refused when it is made
+    controller = BrakeController([criterion], scan=scan, range_rate=RangeRate(scan) if rated else None)
+    blind = np.full(31, np.nan, np.float32)
+    near = Estimate(ttc=0.3, stamp=0.5, distance=0.9, closing_speed=3.0)
+    clear, warned, unseen = (
+        [controller.update(now, ranges=ranges, stamp=now, motion=motion, estimate=estimate) for now in times]
+        for times, ranges, estimate in (
+            ((0.0, 0.1, 0.2, 0.3), np.full(31, 30.0, np.float32), None),
+            ((0.5, 0.6, 0.7, 0.8), np.full(31, 30.0, np.float32), near),
+            ((1.0, 1.1, 1.2, 1.3), blind, None),
+        )
+    )
+    if motion is not None:
+        assert clear[-1].command is Command.NONE
+    if isinstance(criterion, EstimateThreshold):
+        assert warned[-1].command is Command.BRAKE
+    assert unseen[-1].command is Command.BRAKE, "a blind scanner is noticed by whatever judges"

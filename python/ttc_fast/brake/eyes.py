@@ -94,7 +94,9 @@ class Eyes:
                 raise ValueError(f"{criterion.name} needs a scan: it judges beams")
         wanted = {criterion.looks for criterion in criteria}
         self._wants_path = self.sees_path and not wanted.isdisjoint({Looks.PATH, Looks.NEAREST})
-        self._wants_beams = Looks.BEAMS in wanted or self._scan_path is None
+        # A scan is looked at in one way at least, whoever asks: a blind scanner is to be noticed.
+        looks_along = self._wants_path and self._scan_path is not None
+        self._wants_beams = Looks.BEAMS in wanted or not looks_along
         return criteria
 
     def look(self, frame: Frame, motion: Motion | None) -> Scene:
