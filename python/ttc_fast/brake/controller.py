@@ -10,7 +10,7 @@ from ttc_fast.brake.arguments import finite
 from ttc_fast.brake.command import Command
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.eyes import Eyes, Frame
-from ttc_fast.brake.inputs import checked_estimate, checked_flag, checked_motion, refuse_several, wish_of
+from ttc_fast.brake.inputs import checked_estimate, checked_flag, checked_motion, several, wish_of
 from ttc_fast.brake.memory import CLOCK_TOLERANCE, Memory
 from ttc_fast.brake.rules import Rules
 from ttc_fast.brake.sight import Motion
@@ -207,8 +207,8 @@ class BrakeController:
             if not estimate.saw_nothing:
                 memory.estimate = estimate
         if ranges is not None or points is not None:
-            if points is not None or getattr(ranges, "ndim", 1) != 1:
-                refuse_several(ranges, points)
+            if ranges is not None and (points is not None or getattr(ranges, "ndim", 1) != 1):
+                raise several(ranges, points)
             opinion = memory.fresh_estimate(now, rules.sensor_timeout)
             self._look(Frame(now, finite("stamp", stamp), ranges, points, opinion), wish)
         elif estimate is not None and self._eyes.only_estimates:

@@ -37,12 +37,11 @@ def wish_of(commanded: Any) -> Motion:
     return Motion(finite("commanded", commanded))
 
 
-def refuse_several(ranges: Any, points: Any) -> None:
-    """Refuse more than one frame at a time."""
-    if ranges is not None and points is not None:
-        raise ValueError("a frame must be ranges or points, not both: give each scan and each cloud an update")
-    if getattr(ranges, "ndim", 1) != 1:
-        raise ValueError(f"ranges must be one scan, of shape (beams,), got shape {tuple(ranges.shape)}")
+def several(ranges: Any, points: Any) -> ValueError:
+    """Say why more than one frame at a time is refused."""
+    if points is not None:
+        return ValueError("a frame must be ranges or points, not both: give each scan and each cloud an update")
+    return ValueError(f"ranges must be one scan, of shape (beams,), got shape {tuple(ranges.shape)}")
 
 
 def checked_flag(argument: str, value: Any) -> bool:

@@ -101,10 +101,11 @@ impl CloudTracker {
     /// -------
     /// TrackedTTC
     ///     ``ttc``, ``distance``, ``closing_speed``, intervals and ``status``: CLEAR: nothing in the gate. NOT_CLOSING,
-    ///     CLOSING. CONTACT: the distance is 0 or below, from the first frame on. TOO_FEW: too few points for the estimator, the
-    ///     plain nearest was used. WARMING_UP: fewer than 3 frames of this body so far. LOST: the body is not there any more; for ``max_gap``
-    ///     it is taken to go on as it did. NO_DATA: no valid point. INVALID: the stamp is not finite, or not later than the
-    ///     last one; nothing is remembered of such a cloud, and the answer is that of the last body seen.
+    ///     CLOSING. CONTACT: the distance is 0 or below, from the first frame on. TOO_FEW: too few points for the
+    ///     estimator, the plain nearest was used. WARMING_UP: fewer than 3 frames of this body so far. LOST: the body is
+    ///     not there any more; for ``max_gap`` it is taken to go on as it did. NO_DATA: no valid point. INVALID: the stamp is
+    ///     not finite, or not later than the last one; nothing is remembered of such a cloud, and the answer is that of the
+    ///     last body seen.
     ///
     /// Raises
     /// ------

@@ -1,9 +1,9 @@
 //! Euclidean clustering, as far as the nearest cluster that is large enough.
 //!
 //! Candidates are taken nearest first. Each that no cluster has yet is the nearest point of a new one, which is grown by
-//! asking a tree of boxes, point after point, for all that is near and in no cluster yet, until nothing is left. The first cluster with enough
-//! points is the answer, so on most frames one cluster is grown. What is taken leaves the tree: however many points lie on
-//! one spot, each is found once.
+//! asking a tree of boxes, point after point, for all that is near and in no cluster yet, until nothing is left. The first
+//! cluster with enough points is the answer, so on most frames one cluster is grown. What is taken leaves the tree: however
+//! many points lie on one spot, each is found once.
 
 use super::candidates::{Candidate, Estimate};
 use super::tree::{Point, Tree};

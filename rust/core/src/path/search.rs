@@ -36,8 +36,7 @@ pub(crate) fn least<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) 
         let (first, others) = rest.split_at_mut(count);
         for candidate in first {
             if candidate.way <= bounds.limit(best.ttc) {
-                let decided = decide(&frame, sweep, candidate.index);
-                best = if decided.closes() && decided.precedes(&best) { decided } else { best };
+                best = decide(&frame, sweep, candidate.index).or(best);
             }
         }
         let limit = bounds.limit(best.ttc);

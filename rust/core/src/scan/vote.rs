@@ -27,7 +27,7 @@ impl Best {
 
     /// This one if it comes at all and precedes the other, else the other.
     #[inline(always)]
-    pub(super) fn or(self, other: Best) -> Best {
+    pub(crate) fn or(self, other: Best) -> Best {
         if self.closes() && self.precedes(&other) { self } else { other }
     }
 
