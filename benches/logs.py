@@ -31,7 +31,7 @@ from ttc_fast import ScanSweptPath, ScanTTC
 from ttc_fast.logs import LogError, ScanLog, open_log
 from ttc_fast.logs.bag import MAGIC, Bag
 from ttc_fast.logs.db3 import Database
-from ttc_fast.logs.log import Losses
+from ttc_fast.logs.log import ReadErrors
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.replay import Replay, Settings
 from ttc_fast.replay.rows_out import CsvWriter
@@ -113,7 +113,7 @@ def read_bytes(path: Path) -> float:
 def read_records(path: Path) -> float:
     """Read the messages as bytes."""
     container = CONTAINERS[path.suffix](path)
-    for _ in container.messages(TOPICS, Losses(path)):
+    for _ in container.messages(TOPICS, ReadErrors(path)):
         pass
     return np.nan
 
@@ -165,7 +165,7 @@ def replay_csv(path: Path) -> float:
 
 def replay_outline(path: Path) -> float:
     """Do that with an outline, so that what brakes is the way of the vehicle: its TTC is another one."""
-    _written(Replay(path, Settings(recording={"outline": OUTLINE})), path)
+    _written(Replay(path, Settings(log_options={"outline": OUTLINE})), path)
     return np.nan
 
 

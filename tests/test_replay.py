@@ -76,7 +76,7 @@ def test_a_cloud_says_what_the_tracker_says() -> None:
 
 def test_points_on_the_path_are_judged_with_an_outline_and_a_speed() -> None:
     said = {"speed": 10.0, "outline": (-2.0, 2.0, -0.9, 0.9)}
-    rows = list(Replay(sample("clouds"), Settings(recording=said)))
+    rows = list(Replay(sample("clouds"), Settings(log_options=said)))
     first = rows[0]
     assert first.status is Status.CLOSING  # the tracker knows no speed yet
     assert first.beam >= 0
@@ -89,7 +89,7 @@ def test_the_outline_says_where_the_bumper_is(tmp_path: Path) -> None:
     with np.load(sample("clouds")) as archive:
         np.savez(tmp_path / "bare.npz", **{name: archive[name] for name in archive if name != "front_offset"})
     bare, told = ([row.distance for row in Replay(path)] for path in (tmp_path / "bare.npz", sample("clouds")))
-    outlined = Replay(tmp_path / "bare.npz", Settings(recording={"outline": (-2.2, 2.0, -0.9, 0.9)}))
+    outlined = Replay(tmp_path / "bare.npz", Settings(log_options={"outline": (-2.2, 2.0, -0.9, 0.9)}))
     np.testing.assert_allclose([row.distance for row in outlined], told)
     assert max(bare) < 2.0  # the bonnet
 
@@ -117,7 +117,7 @@ def test_without_a_speed_the_ranges_tell_what_closes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_of_bag_gives_the_same_rows(kind: str, tmp_path: Path) -> None:
-    settings = Settings(recording={"outline": OUTLINE})
+    settings = Settings(log_options={"outline": OUTLINE})
     for folder in ("one", "other"):
         (tmp_path / folder).mkdir()
     rows = list(Replay(write(tmp_path / "one", kind, drive(60)), settings))
@@ -128,7 +128,7 @@ def test_every_kind_of_bag_gives_the_same_rows(kind: str, tmp_path: Path) -> Non
 
 def test_a_blind_scan_is_invalid_and_braked_for(tmp_path: Path) -> None:
     blind = [Scan(i / 40, i / 40, np.full(19, np.nan, np.float32)) for i in range(40)]
-    seen = Replay(write(tmp_path, "bag", blind), Settings(recording={"speed": 1.0}))
+    seen = Replay(write(tmp_path, "bag", blind), Settings(log_options={"speed": 1.0}))
     rows = list(seen)
     assert {row.status for row in rows} == {Status.NO_DATA}
     assert rows[-1].command is Command.BRAKE
@@ -153,7 +153,7 @@ def test_a_clock_that_is_set_back_begins_anew(tmp_path: Path) -> None:
     items = [
         Scan(stamp, i / 40, np.full(19, 3.0, np.float32)) for i, stamp in enumerate([5.0, 5.025, 1.0, 1.025, 1.05])
     ]
-    log = Replay(write(tmp_path, "bag", items), Settings(recording={"speed": 4.0}))
+    log = Replay(write(tmp_path, "bag", items), Settings(log_options={"speed": 4.0}))
     rows = list(log)
     assert log.summary.resets == 1
     assert [row.status for row in rows] == [Status.CLOSING] * 5
@@ -196,7 +196,7 @@ def test_a_lidar_of_unknown_height_is_asked_for(data: Path) -> None:
 
 
 def test_the_frame_of_the_least_ttc_is_kept_where_nothing_brakes() -> None:
-    log = Replay(sample("scans"), Settings(recording={"speed": 0.5}, criteria=(IttcThreshold(0.01),)))
+    log = Replay(sample("scans"), Settings(log_options={"speed": 0.5}, criteria=(IttcThreshold(0.01),)))
     rows = list(log)
     assert log.moment is not None
     assert not log.braked
@@ -209,7 +209,7 @@ def test_the_frame_of_the_least_ttc_is_kept_where_nothing_brakes() -> None:
 def test_what_a_lidar_stores_where_nothing_came_back_is_no_obstacle() -> None:
     """Moved by the mount it would lie inside the outline."""
     said = {"outline": (-1.0, 4.0, -1.0, 1.0), "mount": (1.5, 0.0, 0.1), "speed": 5.0}
-    eyes = Replay(sample("clouds"), Settings(recording=said, gate={"x": (0.0, 40.0), "z": (-1.0, 1.0)})).eyes
+    eyes = Replay(sample("clouds"), Settings(log_options=said, gate={"x": (0.0, 40.0), "z": (-1.0, 1.0)})).eyes
     points = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 0.0, 0.5]], np.float32)
     assert eyes.obstacles(points)[:, 2].tolist() == [0.0, 0.5]
 
@@ -226,7 +226,7 @@ def test_a_scanner_upside_down_sees_left_what_was_right(tmp_path: Path) -> None:
     ranges[:6] = 2.0  # a wall to the right of a scanner that stands upright
     path = write(tmp_path, "bag", [Scan(0.0, 0.0, ranges)])
     for upside_down, side in ((None, -1.0), (True, 1.0)):
-        (only,) = Replay(path, Settings(recording={"speed": 1.0, "upside_down": upside_down}))
+        (only,) = Replay(path, Settings(log_options={"speed": 1.0, "upside_down": upside_down}))
         assert math.copysign(1.0, only.angle) == side
 
 

@@ -1,4 +1,4 @@
-"""Options of ``ttc-fast replay``, by the names of ``Recording``, ``Gate`` and ``BrakeController``."""
+"""Options of ``ttc-fast replay``, by the names of ``LogOptions``, ``Gate`` and ``BrakeController``."""
 
 from __future__ import annotations
 
@@ -109,14 +109,14 @@ def settings(arguments: argparse.Namespace) -> Settings:
     except ConfigurationError as error:
         raise CommandError(USAGE, str(error)) from error
     said = {flag: getattr(arguments, flag[2:].replace("-", "_")) for flag in (*RECORDING, *VEHICLE)}
-    recording = {
+    log_options = {
         flag[2:].replace("-", "_"): tuple(value) if isinstance(value, list) else value
         for flag, value in said.items()
         if value is not None
     }
     bounds = {name: getattr(arguments, f"gate_{name}") for name in GATE}
     gate = {name: (low_high[0], low_high[1]) for name, low_high in bounds.items() if low_high is not None}
-    return Settings(configuration, recording, gate, criteria)
+    return Settings(configuration, log_options, gate, criteria)
 
 
 def _criterion(text: str) -> dict[str, Any]:

@@ -20,8 +20,8 @@ from ttc_fast.logs.npz import Arrays
 from ttc_fast.logs.npz_clouds import NpzClouds
 from ttc_fast.logs.npz_scans import NpzScans
 from ttc_fast.logs.nuscenes import NUSCENES
+from ttc_fast.logs.options import LogOptions
 from ttc_fast.logs.pcd import PCD
-from ttc_fast.logs.recording import Recording
 from ttc_fast.logs.ros import open_bag
 from ttc_fast.logs.scans import ScanFrame, ScanLog, Scanner
 from ttc_fast.logs.table import DistanceTable
@@ -39,7 +39,7 @@ __all__ = [
     "Lidar",
     "Log",
     "LogError",
-    "Recording",
+    "LogOptions",
     "ScanFrame",
     "ScanLog",
     "Scanner",
@@ -66,7 +66,7 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
     path : path
         Of a file or folder; ``FORMATS`` says which.
     **options
-        What the user says of the recording: the fields of ``Recording``, by their names.
+        What the user says of the recording: the fields of ``LogOptions``, by their names.
 
     Returns
     -------
@@ -94,18 +94,18 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
     (12, 1.73, 2.0, 'float32')
     """
     path = Path(path)
-    recording = Recording(**options)
+    options = LogOptions(**options)
     try:
         if not path.exists():
             raise LogError(path, "cannot be opened: no such file or folder")
-        return _open_folder(path, recording) if path.is_dir() else _open_file(path, recording)
+        return _open_folder(path, options) if path.is_dir() else _open_file(path, options)
     except OSError as error:
         raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
 
 
-def _open_folder(path: Path, recording: Recording) -> AnyLog:
+def _open_folder(path: Path, options: LogOptions) -> AnyLog:
     if is_bag_folder(path):
-        return open_bag(BagFolder(path), recording)
+        return open_bag(BagFolder(path), options)
     # The name of a file ends as in one of the formats, the first that fits.
     files = (file for file in path.iterdir() if file.is_file())
     found = {next((form for form in CLOUDS if form.has(file)), None) for file in files} - {None}
@@ -118,30 +118,30 @@ def _open_folder(path: Path, recording: Recording) -> AnyLog:
         if logs:
             raise LogError(path, f"is a folder of logs, {logs[0]} and others; give them by their names: {path}/*")
         raise LogError(path, f"holds no frames that can be read; can read {FORMATS}; give the folder that holds them")
-    return CloudFiles(path, form, recording)
+    return CloudFiles(path, form, options)
 
 
-def _open_file(path: Path, recording: Recording) -> AnyLog:
+def _open_file(path: Path, options: LogOptions) -> AnyLog:
     name = path.name.lower()
     for form in CLOUDS:
         if form.has(path):
-            return CloudFiles(path, form, recording)
+            return CloudFiles(path, form, options)
     opener = next((opener for suffixes, opener in FILES.items() if name.endswith(suffixes)), None)
     if opener is None:
         raise LogError(path, f"no reader for this kind of file; can read {FORMATS}")
-    return opener(path, recording)
+    return opener(path, options)
 
 
-def _open_archive(path: Path, recording: Recording) -> AnyLog:
+def _open_archive(path: Path, options: LogOptions) -> AnyLog:
     arrays = Arrays(path, {*npz_scans.NAMES, *npz_clouds.NAMES})
-    return NpzClouds(arrays, recording) if "points" in arrays else NpzScans(arrays, recording)
+    return NpzClouds(arrays, options) if "points" in arrays else NpzScans(arrays, options)
 
 
-FILES: dict[tuple[str, ...], Callable[[Path, Recording], AnyLog]] = {
+FILES: dict[tuple[str, ...], Callable[[Path, LogOptions], AnyLog]] = {
     (".npz",): _open_archive,
-    (".bag", ".bag.active"): lambda path, recording: open_bag(Bag(path), recording),
-    (".db3",): lambda path, recording: open_bag(Database(path), recording),
-    (".mcap",): lambda path, recording: open_bag(McapFile(path), recording),
+    (".bag", ".bag.active"): lambda path, options: open_bag(Bag(path), options),
+    (".db3",): lambda path, options: open_bag(Database(path), options),
+    (".mcap",): lambda path, options: open_bag(McapFile(path), options),
     (".log", ".log.gz", ".clf", ".clf.gz"): CarmenLog,
     (".csv",): DistanceTable,
 }

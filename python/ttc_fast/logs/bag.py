@@ -13,7 +13,7 @@ import struct
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 from ttc_fast.logs.container import Topic, need, opened, plain_type
-from ttc_fast.logs.log import Losses
+from ttc_fast.logs.log import ReadErrors
 from ttc_fast.ros_messages import ROS1
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ class Bag:
             self._read_index(file)
         if not self._connections:
             # Without an index the bag itself tells: once through all of it. What is lost is told when it is read.
-            for _ in self.messages((), Losses(path)):
+            for _ in self.messages((), ReadErrors(path)):
                 pass
 
     @property
@@ -89,7 +89,7 @@ class Bag:
             found[name] = Topic(name, kind, ROS1, count).joined(found.get(name))
         return list(found.values())
 
-    def messages(self, names: Collection[str], losses: Losses) -> Iterator[Message]:
+    def messages(self, names: Collection[str], errors: ReadErrors) -> Iterator[Message]:
         """Read the messages of these topics, and note what is damaged."""
         with self.path.open("rb") as file:
             at = len(MAGIC)
@@ -97,23 +97,23 @@ class Bag:
                 try:
                     record = _read_record(file, at, self._size)
                     if record.op == CHUNK:
-                        yield from self._messages_of(*self._unpacked(file, record), names, losses, at)
+                        yield from self._messages_of(*self._unpacked(file, record), names, errors, at)
                     elif record.op in (MESSAGE, CONNECTION):
                         file.seek(at)
                         plain = file.read(record.end - at)
-                        yield from self._messages_of(plain, len(plain), names, losses, at)
+                        yield from self._messages_of(plain, len(plain), names, errors, at)
                     at = record.end
                 except (DamageError, OSError) as damage:
                     following = bisect.bisect_right(self._chunks, at)
                     known = following < len(self._chunks)
                     lost = "reading went on at the next chunk" if known else "what follows is lost"
-                    losses.add(f"damaged or cut short at byte {at} of {self._size}: {damage}; {lost}")
+                    errors.add(f"damaged or cut short at byte {at} of {self._size}: {damage}; {lost}")
                     if not known:
                         return
                     at = self._chunks[following]
 
     def _messages_of(
-        self, chunk: bytes, size: int, names: Collection[str], losses: Losses, place: int
+        self, chunk: bytes, size: int, names: Collection[str], errors: ReadErrors, place: int
     ) -> Iterator[Message]:
         """Read the messages of a chunk, which should have that size but may be cut short."""
         at = 0
@@ -124,7 +124,7 @@ class Bag:
                 if op == b"\x02":
                     known = self._connections.get(U32.unpack(fields[b"conn"])[0])
                     if known is None:
-                        losses.add(f"message at byte {at} of the chunk at byte {place}: of an unknown connection")
+                        errors.add(f"message at byte {at} of the chunk at byte {place}: of an unknown connection")
                     elif known[0] in names:
                         seconds, nanoseconds = TIME.unpack(fields[b"time"])
                         yield known[0], seconds * 1_000_000_000 + nanoseconds, chunk, start, end
@@ -134,7 +134,7 @@ class Bag:
             if at < size:
                 raise DamageError(f"{size - at} bytes are missing")
         except (DamageError, KeyError, struct.error) as damage:
-            losses.add(f"chunk at byte {place} of {self._size} is damaged or cut short at its byte {at}: {damage}")
+            errors.add(f"chunk at byte {place} of {self._size} is damaged or cut short at its byte {at}: {damage}")
 
     def _unpacked(self, file: BinaryIO, record: Record) -> tuple[bytes, int]:
         """Decompress a chunk, as far as it goes; and tell its size as it should be."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ttc_fast.logs.container import Container, Message, Topic
-    from ttc_fast.logs.log import Losses
+    from ttc_fast.logs.log import ReadErrors
 
 SUFFIXES = (".db3", ".mcap")
 PACKED = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
@@ -48,11 +48,11 @@ class BagFolder:
         self._parts: list[Container] = [_open(file) for file in files]
         self.topics = self._all_topics()
 
-    def messages(self, names: Collection[str], losses: Losses) -> Iterator[Message]:
+    def messages(self, names: Collection[str], errors: ReadErrors) -> Iterator[Message]:
         """Read the messages of these topics, and note what is damaged."""
         for part in self._parts:
-            losses.part = part.path.name
-            yield from part.messages(names, losses)
+            errors.part = part.path.name
+            yield from part.messages(names, errors)
 
     def _all_topics(self) -> list[Topic]:
         found: dict[str, Topic] = {}

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import numpy as np
 
-from ttc_fast.logs.log import LogError, Losses
+from ttc_fast.logs.log import LogError, ReadErrors
 from ttc_fast.logs.motion import Odometer, Pose
-from ttc_fast.logs.recording import SCANNER
+from ttc_fast.logs.options import SCANNER
 from ttc_fast.logs.scans import ScanFrame, Scanner
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ttc_fast.logs.recording import Recording
+    from ttc_fast.logs.options import LogOptions
 
 DAMAGED = (EOFError, zlib.error, OSError)
 AFTER_RANGES = 9  # x y theta odom_x odom_y odom_theta stamp host stamp
@@ -50,7 +50,7 @@ class CarmenLog:
     ----------
     path : Path
         Of the file.
-    recording : Recording
+    options : LogOptions
         What the user says of it.
 
     Raises
@@ -62,39 +62,39 @@ class CarmenLog:
     frame_count = None
     clock = "stamps of the log"
 
-    def __init__(self, path: Path, recording: Recording) -> None:
-        recording.only((*SCANNER, "speed", "max_speed_age"), path, "a CARMEN log")
+    def __init__(self, path: Path, options: LogOptions) -> None:
+        options.only((*SCANNER, "speed", "max_speed_age"), path, "a CARMEN log")
         self.path = path
-        self._recording = recording
-        self.motion = "poses of the log" if recording.speed is None else "speed as given"
-        losses = Losses(path)
-        first = next((entry for entry in self._entries(losses) if isinstance(entry, Scan)), None)
+        self._options = options
+        self.motion = "poses of the log" if options.speed is None else "speed as given"
+        errors = ReadErrors(path)
+        first = next((entry for entry in self._entries(errors) if isinstance(entry, Scan)), None)
         if first is None:
-            losses.tell(0)
+            errors.raise_if_any(0)
             raise LogError(path, "has no FLASER lines: it is no CARMEN log, or one without scans")
         self._begin = first.stamp
-        self.scanner = recording.applied(_scanner(len(first.ranges)), SCANNER)
+        self.scanner = options.applied(_scanner(len(first.ranges)), SCANNER)
 
     def __iter__(self) -> Iterator[ScanFrame]:
-        losses, frames, beams = Losses(self.path), 0, self.scanner.beams
-        age = self._recording.max_speed_age
-        odometer = Odometer(self._recording.speed, MAX_SPEED_AGE if age is None else age)
+        errors, frames, beams = ReadErrors(self.path), 0, self.scanner.beams
+        age = self._options.max_speed_age
+        odometer = Odometer(self._options.speed, MAX_SPEED_AGE if age is None else age)
         odometry = False
-        for entry in self._entries(losses):
+        for entry in self._entries(errors):
             if not isinstance(entry, Scan):
                 odometry = True
                 odometer.update(*entry)
                 continue
             if len(entry.ranges) != beams:
-                losses.add(f"the scan at {entry.stamp - self._begin:.3f} s has {len(entry.ranges)} beams, not {beams}")
+                errors.add(f"the scan at {entry.stamp - self._begin:.3f} s has {len(entry.ranges)} beams, not {beams}")
                 continue
             if not odometry:
                 odometer.update(entry.stamp, entry.pose)
             frames += 1
             yield ScanFrame(entry.stamp - self._begin, entry.ranges, *odometer.at(entry.stamp))
-        losses.tell(frames)
+        errors.raise_if_any(frames)
 
-    def _entries(self, losses: Losses) -> Iterator[Scan | tuple[float, Pose]]:
+    def _entries(self, errors: ReadErrors) -> Iterator[Scan | tuple[float, Pose]]:
         """Read scans, and poses with their stamps."""
         number = 0
         try:
@@ -107,9 +107,9 @@ class CarmenLog:
                         elif line.startswith(b"ODOM "):
                             yield _pose(line.split())
                     except (ValueError, IndexError) as error:
-                        losses.add(f"line {number} is damaged: {error}")
+                        errors.add(f"line {number} is damaged: {error}")
         except DAMAGED as error:
-            losses.add(f"damaged or cut short after line {number}: {error}; what follows is lost")
+            errors.add(f"damaged or cut short after line {number}: {error}; what follows is lost")
 
 
 @contextmanager

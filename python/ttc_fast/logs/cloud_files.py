@@ -11,7 +11,7 @@ import numpy as np
 
 from ttc_fast.logs.clouds import CloudFrame, Lidar
 from ttc_fast.logs.log import LogError
-from ttc_fast.logs.recording import LIDAR
+from ttc_fast.logs.options import LIDAR
 from ttc_fast.logs.stamps import STAMPS, read_stamps
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ttc_fast.logs.recording import Recording
+    from ttc_fast.logs.options import LogOptions
 
 DAMAGED = (EOFError, zlib.error, gzip.BadGzipFile)
 OPTIONS = (*LIDAR, "rate", "speed")
@@ -75,7 +75,7 @@ class CloudFiles:
         Of the folder, or of a file. Frames are read one by one, while iterating.
     form : CloudFormat
         Of the files.
-    recording : Recording
+    options : LogOptions
         What the user says of them.
 
     Raises
@@ -84,18 +84,18 @@ class CloudFiles:
         If there are none, or the stamps do not fit them. While iterating, if a frame cannot be read.
     """
 
-    def __init__(self, path: Path, form: CloudFormat, recording: Recording) -> None:
-        recording.only(OPTIONS, path, form.name)
+    def __init__(self, path: Path, form: CloudFormat, options: LogOptions) -> None:
+        options.only(OPTIONS, path, form.name)
         self.path = path
         self._form = form
         self._frames = sorted(file for file in path.iterdir() if form.has(file)) if path.is_dir() else [path]
         if not self._frames:
             raise LogError(path, f"holds no {form.name} ({' or '.join(form.suffixes)})")
         self.frame_count = len(self._frames)
-        self.lidar = recording.applied(form.lidar, LIDAR)
-        self._speed = recording.speed
+        self.lidar = options.applied(form.lidar, LIDAR)
+        self._speed = options.speed
         self.motion = "the speed is unknown" if self._speed is None else "speed as given"
-        self._stamps, self.clock = self._timed(recording.rate)
+        self._stamps, self.clock = self._timed(options.rate)
 
     def __iter__(self) -> Iterator[CloudFrame]:
         for stamp, frame in zip(self._stamps, self._frames, strict=True):

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import ModuleType
 
-    from ttc_fast.logs.log import Losses
+    from ttc_fast.logs.log import ReadErrors
     from ttc_fast.ros_messages import Encoding
 
 
@@ -59,7 +59,7 @@ class Container(Protocol):
     def topics(self) -> list[Topic]:
         """All topics."""
 
-    def messages(self, names: Collection[str], losses: Losses) -> Iterator[Message]:
+    def messages(self, names: Collection[str], errors: ReadErrors) -> Iterator[Message]:
         """Read the messages of these topics, and note what is damaged."""
 
 

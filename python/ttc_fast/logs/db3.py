@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ttc_fast.logs.container import Message
-    from ttc_fast.logs.log import Losses
+    from ttc_fast.logs.log import ReadErrors
 
 ZSTD = b"\x28\xb5\x2f\xfd"
 """Begins a message that the recorder compressed by itself; CDR never begins so."""
@@ -49,7 +49,7 @@ class Database:
         self._names = {number: name for number, name, _, form in rows if form == "cdr"}
         self.topics = [Topic(name, plain_type(str(kind)), CDR) for _, name, kind, form in rows if form == "cdr"]
 
-    def messages(self, names: Collection[str], losses: Losses) -> Iterator[Message]:
+    def messages(self, names: Collection[str], errors: ReadErrors) -> Iterator[Message]:
         """Read the messages of these topics, and note what is damaged."""
         wanted = {number: name for number, name in self._names.items() if name in names}
         # By id, which is the order of recording: needs no sorting, and no index that may be damaged.
@@ -59,26 +59,26 @@ class Database:
             with closing(self._open()) as database:
                 for last, number, time, data in database.execute(query, tuple(wanted)):
                     if not isinstance(data, bytes) or not isinstance(time, int):
-                        losses.add(f"row {last} of messages is damaged")
+                        errors.add(f"row {last} of messages is damaged")
                         continue
                     if data.startswith(ZSTD):
-                        data = _unpacked(data, last, losses)
+                        data = _unpacked(data, last, errors)
                     yield wanted[number], time, data, 0, len(data)
         except DAMAGED as error:
             where = "before the first message" if last is None else f"after row {last} of messages"
-            losses.add(f"damaged or cut short {where}: {error}; what follows is lost")
+            errors.add(f"damaged or cut short {where}: {error}; what follows is lost")
 
     def _open(self) -> sqlite3.Connection:
         # Immutable: no lock and no journal is looked for, so that logs in read-only places can be read.
         return sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
 
 
-def _unpacked(data: bytes, row: int, losses: Losses) -> bytes:
-    zstandard = need("zstandard", losses.path)
+def _unpacked(data: bytes, row: int, errors: ReadErrors) -> bytes:
+    zstandard = need("zstandard", errors.path)
     try:
         unpacked: bytes = zstandard.ZstdDecompressor().decompressobj().decompress(data)
     except (zstandard.ZstdError, MemoryError) as error:
-        losses.add(f"row {row} of messages is damaged: {error}")
+        errors.add(f"row {row} of messages is damaged: {error}")
         return b""
     return unpacked
 

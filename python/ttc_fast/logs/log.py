@@ -41,13 +41,13 @@ class Log(Protocol[FrameT_co]):
         """All frames."""
 
 
-class Losses:
-    """What could not be read of a log, gathered while the rest is.
+class ReadErrors:
+    """The errors of reading a log, collected while the rest of it is read.
 
     Parameters
     ----------
     path : Path
-        Of the log.
+        The log, which the final error names.
     """
 
     def __init__(self, path: Path) -> None:
@@ -57,14 +57,14 @@ class Losses:
         self._first: list[str] = []
         self._count = 0
 
-    def add(self, loss: str) -> None:
-        """Note one: where, what is wrong there, and what is missing by it."""
+    def add(self, problem: str) -> None:
+        """Note an error: where it is, what is wrong there, and what is lost by it."""
         self._count += 1
         if self._count <= 3:  # a log that is damaged all over must not fill the memory
-            self._first.append(f"{self.part}: {loss}" if self.part else loss)
+            self._first.append(f"{self.part}: {problem}" if self.part else problem)
 
-    def tell(self, frames: int) -> None:
-        """Raise ``LogError`` if there were any; so many frames could be read."""
+    def raise_if_any(self, frames: int) -> None:
+        """Raise ``LogError`` if there were any errors; ``frames`` is how many frames could be read."""
         if not self._count:
             return
         more = f"; and {self._count - len(self._first)} more" if self._count > len(self._first) else ""

@@ -6,7 +6,7 @@ import struct
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.logs.container import Topic, need, opened, plain_type
-from ttc_fast.logs.log import Losses
+from ttc_fast.logs.log import ReadErrors
 from ttc_fast.ros_messages import CDR, ROS1
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class McapFile:
             self._read_summary(file)
         if not self._channels:
             # Without a summary the file itself tells: once through all of it. What is lost is told when it is read.
-            for _ in self.messages((), Losses(path)):
+            for _ in self.messages((), ReadErrors(path)):
                 pass
 
     @property
@@ -58,16 +58,16 @@ class McapFile:
             found[topic.name] = topic.joined(found.get(topic.name))
         return list(found.values())
 
-    def messages(self, names: Collection[str], losses: Losses) -> Iterator[Message]:
+    def messages(self, names: Collection[str], errors: ReadErrors) -> Iterator[Message]:
         """Read the messages of these topics, and note what is damaged."""
         schemas: dict[int, str] = {}
         kinds = self._records
         with self.path.open("rb") as file:
-            for record in self._all(file, losses):
+            for record in self._all(file, errors):
                 if isinstance(record, kinds.Message):
                     topic = self._channels.get(record.channel_id)
                     if topic is None:
-                        losses.add(f"a message of an unknown channel, before byte {file.tell()} of {self._size}")
+                        errors.add(f"a message of an unknown channel, before byte {file.tell()} of {self._size}")
                     elif topic.name in names:
                         yield topic.name, record.log_time, record.data, 0, len(record.data)
                 elif isinstance(record, kinds.Schema):
@@ -75,7 +75,7 @@ class McapFile:
                 elif isinstance(record, kinds.Channel):
                     self._add(record, schemas, None)
 
-    def _all(self, file: Any, losses: Losses) -> Iterator[Any]:
+    def _all(self, file: Any, errors: ReadErrors) -> Iterator[Any]:
         """Read all records, those in chunks too. A damaged chunk is passed over."""
         # A length of more bytes than the file has is damage, and must not be asked for.
         reader = self._package.StreamReader(file, emit_chunks=True, record_size_limit=self._size)
@@ -85,7 +85,7 @@ class McapFile:
             try:
                 record = next(records, None)
             except self._damaged as damage:
-                losses.add(f"damaged or cut short at byte {at} of {self._size}: {_said(damage)}; what follows is lost")
+                errors.add(f"damaged or cut short at byte {at} of {self._size}: {_said(damage)}; what follows is lost")
                 return
             if record is None:
                 return
@@ -95,7 +95,7 @@ class McapFile:
             try:
                 unpacked = self._package.breakup_chunk(record, validate_crc=True)
             except self._damaged as damage:
-                losses.add(f"chunk at byte {at} of {self._size} is damaged and left out: {_said(damage)}")
+                errors.add(f"chunk at byte {at} of {self._size} is damaged and left out: {_said(damage)}")
                 continue
             yield from unpacked
 

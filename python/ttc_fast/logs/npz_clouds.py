@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ttc_fast.logs.clouds import CloudFrame, Lidar
-from ttc_fast.logs.recording import LIDAR
+from ttc_fast.logs.options import LIDAR
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast.logs.npz import Arrays
-    from ttc_fast.logs.recording import Recording
+    from ttc_fast.logs.options import LogOptions
 
 REQUIRED = ("t", "points", "counts", "sensor_height")
 NAMES = (*REQUIRED, "front_offset")
@@ -32,7 +32,7 @@ class NpzClouds:
     ----------
     arrays : Arrays
         Of the archive.
-    recording : Recording
+    options : LogOptions
         What the user says of it.
 
     Raises
@@ -43,8 +43,8 @@ class NpzClouds:
 
     clock = "stamps of the log"
 
-    def __init__(self, arrays: Arrays, recording: Recording) -> None:
-        recording.only((*LIDAR, "speed"), arrays.path, "an archive of clouds")
+    def __init__(self, arrays: Arrays, options: LogOptions) -> None:
+        options.only((*LIDAR, "speed"), arrays.path, "an archive of clouds")
         arrays.require(REQUIRED)
         self.path = arrays.path
         shape = arrays["points"].shape
@@ -54,8 +54,8 @@ class NpzClouds:
         self._stamps = arrays.stamps(self.frame_count, "cloud of counts")
         front_offset = arrays.numbers("front_offset", 1)[0] if "front_offset" in arrays else 0.0
         lidar = Lidar(arrays.numbers("sensor_height", 1)[0], front_offset, own_reach=front_offset)
-        self.lidar = recording.applied(lidar, LIDAR)
-        self._speed = recording.speed
+        self.lidar = options.applied(lidar, LIDAR)
+        self._speed = options.speed
         self.motion = "the speed is unknown" if self._speed is None else "speed as given"
 
     def __iter__(self) -> Iterator[CloudFrame]:

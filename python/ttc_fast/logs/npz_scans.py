@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.recording import SCANNER
+from ttc_fast.logs.options import SCANNER
 from ttc_fast.logs.scans import ScanFrame, Scanner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from ttc_fast.logs.npz import Arrays
-    from ttc_fast.logs.recording import Recording
+    from ttc_fast.logs.options import LogOptions
 
 BEAM = ("angle_min", "angle_increment", "range_min", "range_max")
 PLACE = {"mount": 3, "outline": 4}  # how many numbers each has
@@ -32,7 +32,7 @@ class NpzScans:
     ----------
     arrays : Arrays
         Of the archive.
-    recording : Recording
+    options : LogOptions
         What the user says of it.
 
     Raises
@@ -43,8 +43,8 @@ class NpzScans:
 
     clock = "stamps of the log"
 
-    def __init__(self, arrays: Arrays, recording: Recording) -> None:
-        recording.only((*SCANNER, "speed"), arrays.path, "an archive of scans")
+    def __init__(self, arrays: Arrays, options: LogOptions) -> None:
+        options.only((*SCANNER, "speed"), arrays.path, "an archive of scans")
         arrays.require(REQUIRED)
         self.path = arrays.path
         shape = arrays["ranges"].shape
@@ -56,8 +56,8 @@ class NpzScans:
         self._yaw_rates = arrays.per_frame("w", *one_each) if "w" in arrays else np.zeros(self.frame_count)
         placed: dict[str, Any] = {name: arrays.numbers(name, n) for name, n in PLACE.items() if name in arrays}
         scanner = Scanner(**{name: arrays.numbers(name, 1)[0] for name in BEAM}, beams=beams, **placed)
-        self.scanner = recording.applied(scanner, SCANNER)
-        self._speed = recording.speed
+        self.scanner = options.applied(scanner, SCANNER)
+        self._speed = options.speed
         self.motion = _motion(self._speed, known=self._speeds is not None)
 
     def __iter__(self) -> Iterator[ScanFrame]:

@@ -9,9 +9,9 @@ import numpy as np
 
 from ttc_fast._core import NoDataError
 from ttc_fast.logs.clouds import CloudFrame, Lidar
-from ttc_fast.logs.log import LogError, Losses
+from ttc_fast.logs.log import LogError, ReadErrors
 from ttc_fast.logs.motion import Odometer, Pose
-from ttc_fast.logs.recording import LIDAR, MOTION, SCANNER
+from ttc_fast.logs.options import LIDAR, MOTION, SCANNER
 from ttc_fast.logs.scans import ScanFrame, Scanner
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.ros_messages import (
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast.logs.container import Container, Topic
-    from ttc_fast.logs.recording import Recording
+    from ttc_fast.logs.options import LogOptions
 
 NS = 1e-9
 STAMPED = "stamps of the messages"
@@ -43,75 +43,75 @@ OUT_OF_ORDER = 1_000_000_000
 VIEWS = {LASER_SCAN: laser_scan, POINT_CLOUD: point_cloud}
 
 
-def open_bag(bag: Container, recording: Recording) -> BagScans | BagClouds:
+def open_bag(bag: Container, options: LogOptions) -> BagScans | BagClouds:
     """Choose the topic of a bag, and open it as the log that its type makes it."""
-    topic = _chosen(bag, recording.topic, tuple(VIEWS), "topic")
+    topic = _chosen(bag, options.topic, tuple(VIEWS), "topic")
     if topic is None:
         has = ", ".join(f"{topic.name} ({topic.type})" for topic in bag.topics) or "no topics that can be read"
         raise LogError(bag.path, f"has no topic of {LASER_SCAN} or {POINT_CLOUD}; it has {has}")
-    source = _Source(bag, topic, _odometry(bag, recording), recording)
+    source = _Source(bag, topic, _odometry(bag, options), options)
     if topic.type == LASER_SCAN:
-        recording.only(("topic", *MOTION, *SCANNER), bag.path, f"a log of {LASER_SCAN}")
-        return BagScans(source, recording)
-    recording.only(("topic", *MOTION, *LIDAR), bag.path, f"a log of {POINT_CLOUD}")
-    return BagClouds(source, recording)
+        options.only(("topic", *MOTION, *SCANNER), bag.path, f"a log of {LASER_SCAN}")
+        return BagScans(source, options)
+    options.only(("topic", *MOTION, *LIDAR), bag.path, f"a log of {POINT_CLOUD}")
+    return BagClouds(source, options)
 
 
 class _Source:
     """The messages of one topic, each with its stamp and the odometry until then."""
 
-    def __init__(self, bag: Container, topic: Topic, odometry_topic: Topic | None, recording: Recording) -> None:
+    def __init__(self, bag: Container, topic: Topic, odometry_topic: Topic | None, options: LogOptions) -> None:
         self.bag = bag
         self.topic = topic
         self._odometry = odometry_topic
-        self._recording = recording
+        self._options = options
         self._view: Callable[[Any, int, int], Any] = partial(VIEWS[topic.type], encoding=topic.encoding)
         self.first, self._recorded = self._find_first()
         self._from_header = self.first.stamp != 0
         self._begin = self.first.stamp if self._from_header else self._recorded
         self.clock = STAMPED if self._from_header else UNSTAMPED
-        self.motion = _motion(odometry_topic, recording)
+        self.motion = _motion(odometry_topic, options)
 
-    def read(self, losses: Losses) -> Iterator[tuple[float, Any, Odometer]]:
+    def read(self, errors: ReadErrors) -> Iterator[tuple[float, Any, Odometer]]:
         """Read the stamp (s since the first), the message, and the odometry until then."""
         name, begin, from_header, view = self.topic.name, self._begin, self._from_header, self._view
-        odometer = Odometer(self._recording.speed, self._recording.max_speed_age)
+        odometer = Odometer(self._options.speed, self._options.max_speed_age)
         names = {name} if self._odometry is None else {name, self._odometry.name}
         latest, ordered = 0, True
-        for source, time, buffer, start, end in self.bag.messages(names, losses):
+        for source, time, buffer, start, end in self.bag.messages(names, errors):
             if time > latest:
                 latest = time
             elif ordered and latest - time > OUT_OF_ORDER:
                 ordered = False  # told once
-                losses.add(_unordered(source, (latest - time) * NS, self.bag.path))
+                errors.add(_unordered(source, (latest - time) * NS, self.bag.path))
             try:
                 if source != name:
-                    self._update(odometer, time, buffer, start, end, losses)
+                    self._update(odometer, time, buffer, start, end, errors)
                     continue
                 message = view(buffer, start, end)
             except MessageError as error:
-                losses.add(
+                errors.add(
                     f"message on {source}, recorded {(time - self._recorded) * NS:.3f} s after the first: {error}"
                 )
                 continue
             yield ((message.stamp if from_header else time) - begin) * NS, message, odometer
 
-    def _update(self, odometer: Odometer, time: int, buffer: Any, start: int, end: int, losses: Losses) -> None:
+    def _update(self, odometer: Odometer, time: int, buffer: Any, start: int, end: int, errors: ReadErrors) -> None:
         assert self._odometry is not None
         read = odometry(buffer, start, end, encoding=self._odometry.encoding)
         stamp = ((read.stamp if self._from_header else time) - self._begin) * NS
         if not odometer.update(stamp, Pose(read.x, read.y, read.yaw), read.speed, read.yaw_rate):
-            losses.add(f"odometry at {stamp:.3f} s is not finite")
+            errors.add(f"odometry at {stamp:.3f} s is not finite")
 
     def _find_first(self) -> tuple[Any, int]:
         """Return the first message, and when it was recorded."""
-        losses = Losses(self.bag.path)
-        for _, time, buffer, start, end in self.bag.messages({self.topic.name}, losses):
+        errors = ReadErrors(self.bag.path)
+        for _, time, buffer, start, end in self.bag.messages({self.topic.name}, errors):
             try:
                 return self._view(buffer, start, end), time
             except MessageError as error:
-                losses.add(f"message on {self.topic.name}: {error}")
-        losses.tell(0)
+                errors.add(f"message on {self.topic.name}: {error}")
+        errors.raise_if_any(0)
         raise LogError(self.bag.path, f"has no messages on {self.topic.name}, which it lists; was anything recorded?")
 
 
@@ -136,7 +136,7 @@ class BagScans(_BagLog):
     ----------
     source : _Source
         Of sensor_msgs/LaserScan.
-    recording : Recording
+    options : LogOptions
         What the user says of it.
 
     Raises
@@ -145,7 +145,7 @@ class BagScans(_BagLog):
         While iterating, after the last frame, if something was damaged, or scans were unlike the first.
     """
 
-    def __init__(self, source: _Source, recording: Recording) -> None:
+    def __init__(self, source: _Source, options: LogOptions) -> None:
         super().__init__(source)
         first: LaserScan = source.first
         scanner = Scanner(
@@ -155,20 +155,20 @@ class BagScans(_BagLog):
             range_min=first.range_min,
             range_max=first.range_max,
         )
-        self.scanner = recording.applied(scanner, SCANNER)
+        self.scanner = options.applied(scanner, SCANNER)
 
     def __iter__(self) -> Iterator[ScanFrame]:
-        losses, frames = Losses(self.path), 0
+        errors, frames = ReadErrors(self.path), 0
         settings, beams = self._source.first[1:5], self.scanner.beams
-        for stamp, scan, odometer in self._source.read(losses):
+        for stamp, scan, odometer in self._source.read(errors):
             if scan[1:5] != settings or len(scan.ranges) != beams:
-                losses.add(
+                errors.add(
                     f"the scan at {stamp:.3f} s has other beams or angles than the first, {len(scan.ranges)} beams"
                 )
                 continue
             frames += 1
             yield ScanFrame(stamp, scan.ranges, *odometer.at(stamp))
-        losses.tell(frames)
+        errors.raise_if_any(frames)
 
 
 class BagClouds(_BagLog):
@@ -178,7 +178,7 @@ class BagClouds(_BagLog):
     ----------
     source : _Source
         Of sensor_msgs/PointCloud2.
-    recording : Recording
+    options : LogOptions
         What the user says of it.
 
     Raises
@@ -187,21 +187,21 @@ class BagClouds(_BagLog):
         While iterating, after the last frame, if something was damaged.
     """
 
-    def __init__(self, source: _Source, recording: Recording) -> None:
+    def __init__(self, source: _Source, options: LogOptions) -> None:
         super().__init__(source)
-        self.lidar = recording.applied(Lidar(sensor_height=None), LIDAR)
+        self.lidar = options.applied(Lidar(sensor_height=None), LIDAR)
 
     def __iter__(self) -> Iterator[CloudFrame]:
-        losses, frames = Losses(self.path), 0
-        for stamp, message, odometer in self._source.read(losses):
+        errors, frames = ReadErrors(self.path), 0
+        for stamp, message, odometer in self._source.read(errors):
             try:
                 points = _points(message)
             except ValueError as error:
-                losses.add(f"the cloud at {stamp:.3f} s: {error}")
+                errors.add(f"the cloud at {stamp:.3f} s: {error}")
                 continue
             frames += 1
             yield CloudFrame(stamp, points, *odometer.at(stamp))
-        losses.tell(frames)
+        errors.raise_if_any(frames)
 
 
 def _unordered(topic: str, seconds: float, path: Path) -> str:
@@ -236,16 +236,16 @@ def _chosen(bag: Container, name: str | None, kinds: tuple[str, ...], option: st
     return found[0] if found else None
 
 
-def _odometry(bag: Container, recording: Recording) -> Topic | None:
+def _odometry(bag: Container, options: LogOptions) -> Topic | None:
     """Choose the odometry. Which of several it is matters only while the speed is not given."""
-    if recording.speed is not None and recording.odometry_topic is None:
+    if options.speed is not None and options.odometry_topic is None:
         found = [topic for topic in bag.topics if topic.type == ODOMETRY]
         return found[0] if len(found) == 1 else None
-    return _chosen(bag, recording.odometry_topic, (ODOMETRY,), "odometry_topic")
+    return _chosen(bag, options.odometry_topic, (ODOMETRY,), "odometry_topic")
 
 
-def _motion(odometry_topic: Topic | None, recording: Recording) -> str:
+def _motion(odometry_topic: Topic | None, options: LogOptions) -> str:
     """Say where the speed comes from, for people."""
-    if recording.speed is not None:
+    if options.speed is not None:
         return "speed as given"
     return "no odometry: the speed is unknown" if odometry_topic is None else f"odometry of {odometry_topic.name}"

@@ -7,13 +7,13 @@ import math
 from typing import TYPE_CHECKING
 
 from ttc_fast.logs.distances import DistanceFrame
-from ttc_fast.logs.log import LogError, Losses
+from ttc_fast.logs.log import LogError, ReadErrors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from ttc_fast.logs.recording import Recording
+    from ttc_fast.logs.options import LogOptions
 
 OPTIONS = ("column", "stamp_column", "rate", "speed")
 DAMAGED = (csv.Error, UnicodeDecodeError)
@@ -29,7 +29,7 @@ class DistanceTable:
     ----------
     path : Path
         Of the file.
-    recording : Recording
+    options : LogOptions
         What the user says of it.
 
     Raises
@@ -40,15 +40,15 @@ class DistanceTable:
 
     frame_count = None
 
-    def __init__(self, path: Path, recording: Recording) -> None:
-        recording.only(OPTIONS, path, "a table of distances")
+    def __init__(self, path: Path, options: LogOptions) -> None:
+        options.only(OPTIONS, path, "a table of distances")
         self.path = path
-        self.column = recording.column or "distance"
-        self._stamp_column = None if recording.rate else recording.stamp_column or "stamp"
-        self._rate = recording.rate
-        self._speed = recording.speed
-        self.clock = f"column {self._stamp_column}" if self._stamp_column else f"{recording.rate:g} frames a second"
-        header = next(self._lines(Losses(path)), (0, []))[1]
+        self.column = options.column or "distance"
+        self._stamp_column = None if options.rate else options.stamp_column or "stamp"
+        self._rate = options.rate
+        self._speed = options.speed
+        self.clock = f"column {self._stamp_column}" if self._stamp_column else f"{options.rate:g} frames a second"
+        header = next(self._lines(ReadErrors(path)), (0, []))[1]
         fixes = {self.column: "option column", self._stamp_column: "option stamp_column, or say the rate"}
         for name, fix in fixes.items():
             if name is not None and name not in header:
@@ -57,25 +57,25 @@ class DistanceTable:
         self._columns = [header.index(name) for name in fixes if name is not None]
 
     def __iter__(self) -> Iterator[DistanceFrame]:
-        losses, frames, before = Losses(self.path), 0, -math.inf
-        lines = self._lines(losses)
+        errors, frames, before = ReadErrors(self.path), 0, -math.inf
+        lines = self._lines(errors)
         next(lines, None)
         for number, words in lines:
             try:
                 distance, *stamps = (_number(words[column]) for column in self._columns)
             except (ValueError, IndexError) as error:
-                losses.add(f"line {number}: {error}")
+                errors.add(f"line {number}: {error}")
                 continue
             stamp = stamps[0] if stamps else frames / (self._rate or 1.0)
             if not before < stamp < math.inf:
-                losses.add(f"line {number}: stamps must increase, got {stamp} after {before}")
+                errors.add(f"line {number}: stamps must increase, got {stamp} after {before}")
                 continue
             before = stamp
             frames += 1
             yield DistanceFrame(stamp, distance, self._speed)
-        losses.tell(frames)
+        errors.raise_if_any(frames)
 
-    def _lines(self, losses: Losses) -> Iterator[tuple[int, list[str]]]:
+    def _lines(self, errors: ReadErrors) -> Iterator[tuple[int, list[str]]]:
         number = 0
         try:
             with self.path.open(encoding="utf-8-sig", newline="") as file:
@@ -83,7 +83,7 @@ class DistanceTable:
                     if words:
                         yield number, [word.strip() for word in words]
         except DAMAGED as error:
-            losses.add(f"damaged after line {number}: {error}; what follows is lost")
+            errors.add(f"damaged after line {number}: {error}; what follows is lost")
         except OSError as error:
             raise LogError(self.path, f"cannot be read: {error.strerror or error}") from error
 

@@ -33,8 +33,8 @@ class Settings:
     ----------
     configuration : Configuration
         Of scanner, gate and brake, as a file has it.
-    recording : dict
-        Fields of ``Recording``: what the user says of the log. Those of a scanner hold instead of ``configuration``'s.
+    log_options : dict
+        Fields of ``LogOptions``: what the user says of the log. Those of a scanner hold instead of ``configuration``'s.
     gate : dict
         Bounds ``x``, ``y``, ``z`` and ``intensity`` of the gate, instead of the configured ones.
     criteria : tuple of criteria or None
@@ -44,25 +44,25 @@ class Settings:
     --------
     >>> from ttc_fast import IttcThreshold
     >>> from ttc_fast.replay import Settings
-    >>> settings = Settings(recording={"speed": 2.0}, criteria=(IttcThreshold(0.5),))
+    >>> settings = Settings(log_options={"speed": 2.0}, criteria=(IttcThreshold(0.5),))
     >>> settings.sensor_timeout
     0.3
     """
 
     configuration: Configuration = field(default_factory=Configuration)
-    recording: dict[str, Any] = field(default_factory=dict)
+    log_options: dict[str, Any] = field(default_factory=dict)
     gate: dict[str, tuple[float, float]] = field(default_factory=dict)
     criteria: tuple[Criterion, ...] | None = None
 
     @property
     def of_log(self) -> dict[str, Any]:
         """What a log is opened with: all but what is said of the scanner, which clouds have a use for as well."""
-        return {name: value for name, value in self.recording.items() if name not in SCANNER}
+        return {name: value for name, value in self.log_options.items() if name not in SCANNER}
 
     @property
     def of_scanner(self) -> dict[str, Any]:
         """Arguments of ``ScanTTC`` that hold instead of the log's."""
-        said = {name: self.recording[name] for name in SCANNER if self.recording.get(name) is not None}
+        said = {name: self.log_options[name] for name in SCANNER if self.log_options.get(name) is not None}
         return {**self.configuration.scan, **said}
 
     @property
@@ -73,7 +73,7 @@ class Settings:
 
     def refuse_useless(self, path: Path, kind: str, uses: Collection[str]) -> None:
         """Refuse what is said of scanner or gate where a log has no use for it; a file may serve several kinds."""
-        said = [name for name in SCANNER if self.recording.get(name) is not None]
+        said = [name for name in SCANNER if self.log_options.get(name) is not None]
         for name in (*said, *(f"gate_{name}" for name in self.gate)):
             if name not in uses:
                 raise LogError(path, f"{kind} has no use for the option {name}; leave it out")

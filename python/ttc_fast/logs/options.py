@@ -19,7 +19,7 @@ SizeT = TypeVar("SizeT")
 
 
 @dataclass(frozen=True)
-class Recording:
+class LogOptions:
     """What the user says of a recording: what it leaves open, and what is to hold instead of what it says itself.
 
     None leaves it to the recording. A format knows those that make sense for it, and refuses the others.
