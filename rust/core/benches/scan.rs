@@ -42,7 +42,7 @@ fn room(settings: &Settings) -> Vec<Vec<f32>> {
             chance if chance < 0.02 => f32::NAN,
             chance if chance < 0.04 => f32::INFINITY,
             chance if chance < 0.05 => 0.005,
-            _ => f32::of(along.min(2.5 / sin.abs())) + 0.02 * random(),
+            _ => f32::from_f64(along.min(2.5 / sin.abs())) + 0.02 * random(),
         }
     };
     (0..SCANS).map(|_| settings.angles().map(&mut reading).collect()).collect()

@@ -110,7 +110,7 @@ fn range_rate(times: usize) {
 
 fn ittc_of_beams(times: usize) {
     let scan = scanner();
-    let speeds: Vec<f32> = scan.settings().angles().map(|angle| f32::of(STRAIGHT.speed * angle.cos())).collect();
+    let speeds: Vec<f32> = scan.settings().angles().map(|angle| f32::from_f64(STRAIGHT.speed * angle.cos())).collect();
     let mut out = [0.0_f32; BEAMS];
     in_turn(times, &rooms::<f32>(&scan), |ranges| {
         let rate = Rate::ClosingSpeed(Speeds::Each(Column::new(&speeds)));
@@ -124,7 +124,7 @@ fn seen(scan: &ScanTtc) -> Vec<[Vec<f32>; 2]> {
     let place = |ranges: Vec<f32>| {
         let at = |part: fn(f64) -> f64, from: f64| {
             let angles = scan.settings().angles();
-            angles.zip(&ranges).map(|(angle, range)| f32::of(from + f64::from(*range) * part(angle))).collect()
+            angles.zip(&ranges).map(|(angle, range)| f32::from_f64(from + f64::from(*range) * part(angle))).collect()
         };
         [at(f64::cos, scan.settings().mount.x), at(f64::sin, scan.settings().mount.y)]
     };
@@ -236,7 +236,7 @@ fn rooms<T: Real>(scan: &ScanTtc) -> [Vec<T>; FRAMES] {
             _ => wall,
         }
     };
-    std::array::from_fn(|_| scan.settings().angles().map(|angle| T::of(reading(angle))).collect())
+    std::array::from_fn(|_| scan.settings().angles().map(|angle| T::from_f64(reading(angle))).collect())
 }
 
 /// Frames of a lidar that looks 120 degrees ahead, between walls and behind a car: float32 x, y, z and intensity,
@@ -251,7 +251,7 @@ fn streets(record: usize) -> [Vec<u8>; FRAMES] {
         let is_car = (car * left).abs() < 0.9 && (-1.4..-0.2).contains(&(car * slope));
         let distance = (8.0 / left.abs()).min(road).min(if is_car { car } else { 80.0 }) + 0.05 * random.next();
         let returned = if random.next() < 0.03 { 0.0 } else { distance };
-        [returned * forward, returned * left, returned * slope, random.next()].map(f32::of)
+        [returned * forward, returned * left, returned * slope, random.next()].map(f32::from_f64)
     };
     let mut frame = || {
         let mut bytes = Vec::with_capacity(RINGS * AZIMUTHS * record);
@@ -273,7 +273,7 @@ fn pictures() -> [[Vec<f32>; 4]; FRAMES] {
         for _ in 0..MATCHES {
             let before = [550.0 + 150.0 * random.next(), 180.0 + 150.0 * random.next()];
             let now = before.map(|at| 1.01 * at + random.next() - 0.5);
-            let numbers = [before[0], before[1], now[0], now[1]].map(f32::of);
+            let numbers = [before[0], before[1], now[0], now[1]].map(f32::from_f64);
             columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
         }
         columns

@@ -41,8 +41,8 @@ pub fn ittc<'o, T: Real>(
     status_out: Option<&mut ColumnMut<'o, u8>>,
 ) -> Result<(), Error> {
     let (argument, speeds, sign) = match rate {
-        Rate::ClosingSpeed(speeds) => ("closing_speed", speeds, T::of(1.0)),
-        Rate::RangeRate(speeds) => ("range_rate", speeds, T::of(-1.0)),
+        Rate::ClosingSpeed(speeds) => ("closing_speed", speeds, T::from_f64(1.0)),
+        Rate::RangeRate(speeds) => ("range_rate", speeds, T::from_f64(-1.0)),
     };
     let expect = |argument, got: usize| {
         let n = ranges.len();

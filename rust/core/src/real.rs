@@ -34,7 +34,7 @@ pub trait Real:
     const ALL_BITS: Self;
 
     /// The nearest value of this type.
-    fn of(value: f64) -> Self;
+    fn from_f64(value: f64) -> Self;
     /// The largest value of this type that is not above `value`.
     fn not_above(value: f64) -> Self;
     /// The smallest value of this type that is not below `value`.
@@ -49,7 +49,7 @@ pub trait Real:
     /// are, as many halvings as the type has bits lead to any number.
     fn between(low: Self, high: Self) -> Option<Self>;
     /// The same value as `f64`; always exact.
-    fn wide(self) -> f64;
+    fn to_f64(self) -> f64;
     /// For each lane a bit, whether `low <= x <= high`.
     fn within<I: Instructions>(simd: I, x: &Lanes<Self>, low: &Lanes<Self>, high: &Lanes<Self>) -> u16;
     /// Whether any of 16 points passes the sieve: no is certain.
@@ -75,18 +75,18 @@ macro_rules! real {
 
             #[inline(always)]
             #[allow(clippy::cast_possible_truncation, reason = "rounding to the element type is the purpose")]
-            fn of(value: f64) -> Self {
+            fn from_f64(value: f64) -> Self {
                 value as $float
             }
 
             fn not_above(value: f64) -> Self {
-                let nearest = Self::of(value);
-                if nearest.wide() > value { nearest.next_down() } else { nearest }
+                let nearest = Self::from_f64(value);
+                if nearest.to_f64() > value { nearest.next_down() } else { nearest }
             }
 
             fn not_below(value: f64) -> Self {
-                let nearest = Self::of(value);
-                if nearest.wide() < value { nearest.next_up() } else { nearest }
+                let nearest = Self::from_f64(value);
+                if nearest.to_f64() < value { nearest.next_up() } else { nearest }
             }
 
             fn below(self) -> Self {
@@ -108,7 +108,7 @@ macro_rules! real {
 
             #[inline(always)]
             #[allow(clippy::cast_lossless, clippy::unnecessary_cast, reason = "one body for f32 and f64")]
-            fn wide(self) -> f64 {
+            fn to_f64(self) -> f64 {
                 self as f64
             }
 

@@ -119,7 +119,7 @@ enum Speed<'py> {
 
 impl<'py> Speed<'py> {
     fn same(argument: &str, speed: f64, ranges: &Floats<'py>) -> PyResult<Self> {
-        if speed.is_finite() && (matches!(ranges.numbers(), Numbers::Double(_)) || f32::of(speed).is_finite()) {
+        if speed.is_finite() && (matches!(ranges.numbers(), Numbers::Double(_)) || f32::from_f64(speed).is_finite()) {
             return Ok(Speed::Same(speed));
         }
         let problem = format!("{argument} must be a finite number in the dtype of ranges, got {speed:?}");
@@ -140,7 +140,7 @@ impl<'py> Speed<'py> {
     /// The rate in the type of the ranges, unless the array is of another.
     fn table<'a, T: Real>(&'a self, of_type: impl Fn(Numbers<'a>) -> Option<Table<'a, T>>) -> Option<Rates<'a, T>> {
         match self {
-            Speed::Same(speed) => Some(Rates::Same(T::of(*speed))),
+            Speed::Same(speed) => Some(Rates::Same(T::from_f64(*speed))),
             Speed::Each(speeds) => of_type(speeds.numbers()).map(Rates::Each),
         }
     }
@@ -176,7 +176,7 @@ fn run<T: Real>(
             let speeds = speeds.row(row);
             let rate = if closing { Rate::ClosingSpeed(speeds) } else { Rate::RangeRate(speeds) };
             let mut status: Option<ColumnMut<'_, u8>> = status.as_mut().map(|status| status.row(row));
-            let least = T::of(min_closing_speed);
+            let least = T::from_f64(min_closing_speed);
             ttc_fast_core::ittc::ittc(
                 level::current(),
                 ranges.row(row),

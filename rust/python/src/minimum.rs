@@ -3,7 +3,7 @@
 use crate::estimator::KthSmallest;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use ttc_fast_core::scan::{Minimum, Neighbours};
+use ttc_fast_core::scan::{BeamVote, Neighbours};
 
 /// The least time-to-collision among beams that their neighbours support.
 ///
@@ -70,12 +70,12 @@ impl NeighbourSupport {
 }
 
 /// `ScanTTC(minimum=...)`.
-pub fn minimum(object: &Bound<'_, PyAny>) -> PyResult<Minimum> {
+pub fn minimum(object: &Bound<'_, PyAny>) -> PyResult<BeamVote> {
     if let Ok(kth) = object.cast::<KthSmallest>() {
-        Ok(Minimum::KthSmallest(kth.get().k()))
+        Ok(BeamVote::KthSmallest(kth.get().k()))
     } else if let Ok(support) = object.cast::<NeighbourSupport>() {
         let NeighbourSupport { count, window, gap } = *support.get();
-        Ok(Minimum::Neighbours(Neighbours { count, window, gap }))
+        Ok(BeamVote::Neighbours(Neighbours { count, window, gap }))
     } else {
         Err(PyTypeError::new_err(format!("minimum must be KthSmallest(k) or NeighbourSupport(...), got {object}")))
     }

@@ -111,7 +111,7 @@ impl RangeRate {
             gate,
             significance,
             edge,
-            minimum: minimum.as_ref().map_or(Ok(default.minimum), self::minimum)?,
+            beam_vote: minimum.as_ref().map_or(Ok(default.beam_vote), self::minimum)?,
         };
         let rates = range_rate::RangeRate::new(scan.get().core().clone(), settings).map_err(value_error)?;
         Ok(RangeRate { rates, scan: scan.unbind(), minimum: minimum.map(Bound::unbind) })

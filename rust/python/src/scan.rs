@@ -142,7 +142,7 @@ impl ScanTTC {
             mask: mask.map(bools).transpose()?,
             min_closing_speed,
             too_close: one_of("too_close", too_close, TOO_CLOSE)?,
-            minimum: minimum.as_ref().map(self::minimum).transpose()?,
+            beam_vote: minimum.as_ref().map(self::minimum).transpose()?,
         };
         let scan = ScanTtc::new(settings, level::current()).map_err(value_error)?;
         Ok(ScanTTC { scan, no_data, minimum: minimum.map(Bound::unbind), threads: crate::threads(threads)? })

@@ -112,7 +112,7 @@ impl<T: Real> Kernel for Votes<'_, T> {
         let mut votes = 0;
         for [x0, y0, x1, y1] in matches.blocks() {
             let residual = std::array::from_fn(|lane| {
-                let (p, c) = ([x0[lane].wide(), y0[lane].wide()], [x1[lane].wide(), y1[lane].wide()]);
+                let (p, c) = ([x0[lane].to_f64(), y0[lane].to_f64()], [x1[lane].to_f64(), y1[lane].to_f64()]);
                 similarity.squared_residual(p, c)
             });
             votes += f64::within(simd, &residual, &[0.0; LANES], &[squared; LANES]).count_ones() as usize;

@@ -58,10 +58,10 @@ struct Limits<T> {
 
 impl<T: Real> Limits<T> {
     fn new(rule: Rule, bracket: Bracket) -> Self {
-        let (less, more) = (1.0 - T::SLACK.wide(), 1.0 + T::SLACK.wide());
+        let (less, more) = (1.0 - T::SLACK.to_f64(), 1.0 + T::SLACK.to_f64());
         let low = T::not_above(bracket.low * less);
         // Whatever is below the bracket has a trusted distance before, too.
-        let certain = (rule.least * more).max(TRUSTED).max(low.wide() * TRUSTED * more);
+        let certain = (rule.least * more).max(TRUSTED).max(low.to_f64() * TRUSTED * more);
         Limits {
             possible: if rule.least < TRUSTED { T::ZERO } else { T::not_above(rule.least * less) },
             certain: T::not_below(certain),
@@ -154,7 +154,7 @@ impl<T: Real> Tally<T> {
         let Limits { possible, certain, low, high, trusted } = *limits;
         let before = squared_lanes([x0, y0], [from[0], from[1]]);
         let now = squared_lanes([x1, y1], [from[2], from[3]]);
-        let one = T::of(1.0);
+        let one = T::from_f64(1.0);
         let mut open = now;
         for lane in 0..LANES {
             let (before, now) = (before[lane], now[lane]);
@@ -171,7 +171,7 @@ impl<T: Real> Tally<T> {
     #[inline(always)]
     fn flush(&mut self, below: &mut usize, above: &mut usize) {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
-        let sum = |counts: &Lanes<T>| counts.iter().map(|count| count.wide() as usize).sum::<usize>();
+        let sum = |counts: &Lanes<T>| counts.iter().map(|count| count.to_f64() as usize).sum::<usize>();
         (*below, *above) = (*below + sum(&self.below), *above + sum(&self.above));
         *self = Tally::new();
     }

@@ -91,11 +91,11 @@ impl<T: Real> Matches<T> {
     /// Where match `i` was and where it is.
     #[inline(always)]
     pub(super) fn get(&self, i: usize) -> ([f64; 2], [f64; 2]) {
-        let [x0, y0, x1, y1] = self.rows[i].map(T::wide);
+        let [x0, y0, x1, y1] = self.rows[i].map(T::to_f64);
         ([x0, y0], [x1, y1])
     }
 }
 
 fn is_position<T: Real>(value: T) -> bool {
-    (-FARTHEST..=FARTHEST).contains(&value.wide())
+    (-FARTHEST..=FARTHEST).contains(&value.to_f64())
 }

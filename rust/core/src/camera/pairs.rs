@@ -47,8 +47,8 @@ pub(super) fn squared_lanes<T: Real>([x, y]: [&Lanes<T>; 2], from: [T; 2]) -> La
 /// Quotients of the squared distances of a match and each of a block, now over before; NaN where the pair does not count.
 #[inline(always)]
 pub(super) fn quotients<T: Real>([x0, y0, x1, y1]: &Block<T>, from: [T; 4], rule: Rule) -> Lanes<f64> {
-    let [before, now] = [[from[0], from[1]], [from[2], from[3]]].map(|from| from.map(T::wide));
-    let wide = |lanes: &Lanes<T>| each(*lanes, T::wide);
+    let [before, now] = [[from[0], from[1]], [from[2], from[3]]].map(|from| from.map(T::to_f64));
+    let wide = |lanes: &Lanes<T>| each(*lanes, T::to_f64);
     let before = squared_lanes([&wide(x0), &wide(y0)], before);
     let now = squared_lanes([&wide(x1), &wide(y1)], now);
     std::array::from_fn(|lane| {

@@ -172,7 +172,7 @@ impl<T: Real> Kernel for Split<'_, T> {
         let Split { matches, places, rule, bracket, part } = self;
         let mut inside = Undecided::new(&part, matches.len(), ROOM);
         let mut splitting = Splitting { rule, tally: Tally::new(bracket), inside: &mut inside };
-        let least = T::not_above(rule.least * (1.0 - T::SLACK.wide()));
+        let least = T::not_above(rule.least * (1.0 - T::SLACK.to_f64()));
         Pairs { matches, places, least, part }.each(simd, &mut splitting);
         let tally = splitting.tally;
         tally.sides(inside.decided(matches, rule))

@@ -57,7 +57,7 @@ impl<T: Real> Places<T> {
         squared: T,
     ) -> u16 {
         let Places([left, right, top, bottom]) = self;
-        let mut farthest = [T::of(-1.0); LANES]; // stays where there is no block
+        let mut farthest = [T::from_f64(-1.0); LANES]; // stays where there is no block
         for (_, [_, _, x, y]) in from {
             for lane in 0..LANES {
                 let (x, y) = (apart(*x, left[lane], right[lane]), apart(*y, top[lane], bottom[lane]));

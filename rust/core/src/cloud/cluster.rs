@@ -36,7 +36,7 @@ pub(super) fn nearest<T: Real>(
     let seeds = (0..few).chain(iter::once_with(others).flatten());
     let (seed, support) = level.run(Search { tree, seeds, limit: tolerance * tolerance, min_points })?;
     let Candidate { x, index } = candidates[seed];
-    Some(Estimate { x: x.wide(), index: Some(index), support })
+    Some(Estimate { x: x.to_f64(), index: Some(index), support })
 }
 
 /// Looks for the first cluster with enough points; gives its first point and how many it has.

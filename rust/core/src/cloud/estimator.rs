@@ -104,7 +104,7 @@ impl Estimator {
             Estimator::Cluster { tolerance, min_points } => {
                 let candidates: Vec<Candidate<T>> = kept.iter().collect();
                 cluster::nearest(candidates, tolerance, min_points, level, |candidate| {
-                    gate.oriented(points.get(candidate.index as usize)).map(T::wide)
+                    gate.oriented(points.get(candidate.index as usize)).map(T::to_f64)
                 })
             }
         }
@@ -115,7 +115,7 @@ impl Estimator {
 fn kth<T: Real>(kept: &mut Kept<T>, k: usize, level: Level) -> Option<Estimate> {
     (kept.len() >= k).then(|| {
         let Candidate { x, index } = kept.nth(k, level);
-        Estimate { x: x.wide(), index: Some(index), support: k }
+        Estimate { x: x.to_f64(), index: Some(index), support: k }
     })
 }
 
@@ -127,7 +127,7 @@ fn mean_of_lowest<T: Real>(kept: &mut Kept<T>, k: usize, level: Level) -> Option
     kept.thin(k, level);
     let mut lowest: Vec<Candidate<T>> = kept.iter().collect();
     lowest.sort_unstable_by(Candidate::order);
-    let x = || lowest.iter().map(|candidate| candidate.x.wide());
+    let x = || lowest.iter().map(|candidate| candidate.x.to_f64());
     let mean = x().sum::<f64>() / k as f64;
     // A sum beyond the largest number has a mean all the same.
     let mean = if mean.is_finite() { mean } else { x().map(|x| x / k as f64).sum() };
@@ -141,14 +141,14 @@ fn quantile<T: Real>(kept: &mut Kept<T>, q: f64, level: Level) -> Option<f64> {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "q is in [0, 1]")]
     let below = (place.floor() as usize).min(last);
     let nearer = kept.nth(below + 1, level).x;
-    let low = nearer.wide();
+    let low = nearer.to_f64();
     let weight = place - below as f64;
     if weight == 0.0 {
         return Some(low);
     }
     // The next may be as near.
     let (count, next) = kept.cut(nearer.above(), level);
-    let high = if count > below + 1 { low } else { next.wide() };
+    let high = if count > below + 1 { low } else { next.to_f64() };
     if high == low {
         return Some(low);
     }
@@ -171,14 +171,14 @@ fn fenced<T: Real>(kept: &mut Kept<T>, factor: f64, level: Level) -> Option<Esti
     }
     let (outside, _) = kept.cut(T::not_below(fence), level);
     let Candidate { x, index } = kept.nth(outside + 1, level);
-    Some(Estimate { x: x.wide(), index: Some(index), support: kept.len() - outside })
+    Some(Estimate { x: x.to_f64(), index: Some(index), support: kept.len() - outside })
 }
 
 /// The nearest with `points` candidates within `gap` behind it.
 fn supported<T: Real>(kept: &mut Kept<T>, points: usize, gap: f64, level: Level) -> Option<Estimate> {
     /// So many times as many of the nearest are sorted as are asked for, then so many times more.
     const MORE: usize = 8;
-    let enough = |pair: &[T]| pair[points - 1].wide() <= pair[0].wide() + gap;
+    let enough = |pair: &[T]| pair[points - 1].to_f64() <= pair[0].to_f64() + gap;
     let mut some = points;
     while kept.len() >= points {
         some = some.saturating_mul(MORE).min(kept.len());
@@ -187,8 +187,8 @@ fn supported<T: Real>(kept: &mut Kept<T>, points: usize, gap: f64, level: Level)
         nearest.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
         if let Some(at) = nearest.windows(points).position(enough) {
             let x = nearest[at];
-            let (reached, _) = kept.cut(T::not_above(x.wide() + gap).above(), level);
-            return Some(Estimate { x: x.wide(), index: Some(kept.nth(at + 1, level).index), support: reached - at });
+            let (reached, _) = kept.cut(T::not_above(x.to_f64() + gap).above(), level);
+            return Some(Estimate { x: x.to_f64(), index: Some(kept.nth(at + 1, level).index), support: reached - at });
         }
         if some == kept.len() {
             break;

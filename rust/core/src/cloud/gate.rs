@@ -118,13 +118,13 @@ impl Gate {
         for (axis, (from, to)) in self.axes.iter().zip([x, y, self.z.unwrap_or(open)]) {
             let (from, to) = if axis.flipped { (-to, -from) } else { (from, to) };
             // Only finite coordinates count. Bounds that round to infinity at the wrong end leave nothing.
-            let (from, to) = (T::of(from), T::of(to));
+            let (from, to) = (T::from_f64(from), T::from_f64(to));
             let least = T::ZERO - T::MAX;
             low[axis.column] = if from < least { least } else { from };
             high[axis.column] = if to > T::MAX { T::MAX } else { to };
         }
         let (from, to) = self.intensity.unwrap_or(open);
-        (low[3], high[3]) = (T::of(from), T::of(to));
+        (low[3], high[3]) = (T::from_f64(from), T::from_f64(to));
         (low, high)
     }
 
@@ -182,15 +182,15 @@ impl<'a> Rest<'a> {
         let Rest(gate) = self;
         let [x, y, z] = gate.oriented(stored);
         if let Some((road, height)) = &gate.above
-            && !inside(road.height(x.wide(), y.wide(), z.wide()), *height)
+            && !inside(road.height(x.to_f64(), y.to_f64(), z.to_f64()), *height)
         {
             return None;
         }
         if gate.is_straight() {
             return Some(x);
         }
-        let (along, offset) = gate.along_path(x.wide(), y.wide());
-        (inside(along, gate.x) && inside(offset, gate.y)).then(|| T::of(along))
+        let (along, offset) = gate.along_path(x.to_f64(), y.to_f64());
+        (inside(along, gate.x) && inside(offset, gate.y)).then(|| T::from_f64(along))
     }
 }
 

@@ -85,7 +85,7 @@ pub fn robust_min_x<T: Real>(
         let clear = MinX { x: f64::INFINITY, nearest_x: f64::INFINITY, detection: Detection::Clear, ..nothing };
         return Ok(if any_valid(&points) { clear } else { nothing });
     }
-    let seen = MinX { nearest_x: kept.least(level).wide(), candidates: count, ..nothing };
+    let seen = MinX { nearest_x: kept.least(level).to_f64(), candidates: count, ..nothing };
     Ok(match estimator.estimate(&mut kept, &points, gate, level) {
         None => MinX { detection: Detection::TooFew, ..seen },
         Some(Estimate { x, index, support }) => MinX { x, index, support, detection: Detection::Found, ..seen },
@@ -94,6 +94,6 @@ pub fn robust_min_x<T: Real>(
 
 /// Whether the cloud holds a point at all: finite, and not the (0, 0, 0) of a driver without a return.
 fn any_valid<T: Real>(points: &Points<'_, T>) -> bool {
-    let finite = |value: T| value.wide().is_finite();
+    let finite = |value: T| value.to_f64().is_finite();
     (0..points.len()).map(|i| points.get(i)).any(|point| point.into_iter().all(finite) && point != [T::ZERO; 3])
 }

@@ -121,7 +121,7 @@ fn count_bits<T: Real, I: Instructions, const N: usize>(simd: I, values: &[Lanes
 
 #[inline(always)]
 fn count_lanes<T: Real, const N: usize>(values: &[Lanes<T>], limits: [T; N]) -> [usize; N] {
-    let (one, mut counts) = (T::of(1.0), [[T::ZERO; LANES]; N]);
+    let (one, mut counts) = (T::from_f64(1.0), [[T::ZERO; LANES]; N]);
     for x in values {
         for i in 0..N {
             for lane in 0..LANES {
@@ -147,7 +147,7 @@ fn sum<T: Real>(mut counts: Lanes<T>) -> usize {
         half /= 2;
     }
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
-    let counted = counts[0].wide() as usize;
+    let counted = counts[0].to_f64() as usize;
     counted
 }
 
@@ -213,7 +213,7 @@ mod tests {
         let whole = padded(values.iter().copied(), T::INFINITY);
         let groups = whole.as_chunks::<LANES>().0;
         let mut places: Vec<usize> = (0..values.len()).collect();
-        places.sort_by(|a, b| values[*a].wide().partial_cmp(&values[*b].wide()).expect("no NaN")); // stable
+        places.sort_by(|a, b| values[*a].to_f64().partial_cmp(&values[*b].to_f64()).expect("no NaN")); // stable
         for level in Level::all() {
             for (n, &place) in places.iter().enumerate() {
                 let found = level.run(Nth { values: groups, n: n + 1 });

@@ -183,7 +183,9 @@ impl<'a> IntensityRow<'a> {
         match self {
             IntensityRow::U8(column) => inside(f64::from(column.get(i)), low, high),
             IntensityRow::U16(column) => inside(f64::from(column.get(i)), low, high),
-            IntensityRow::F32(column) => inside(column.get(i).wide(), f32::of(low).wide(), f32::of(high).wide()),
+            IntensityRow::F32(column) => {
+                inside(column.get(i).to_f64(), f32::from_f64(low).to_f64(), f32::from_f64(high).to_f64())
+            }
             IntensityRow::F64(column) => inside(column.get(i), low, high),
         }
     }
@@ -292,7 +294,7 @@ impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
     fn sieve(low: [T; 4], high: [T; 4], fourth: bool) -> Sieve<T> {
         let columns: [(T, T); 4] = std::array::from_fn(|column| {
             let (shift, width) = (T::ZERO - low[column], high[column] - low[column]);
-            let is_bound = (fourth || column < 3) && low[column].wide().is_finite();
+            let is_bound = (fourth || column < 3) && low[column].to_f64().is_finite();
             if is_bound { (shift, width) } else { (T::ZERO, T::ALL_BITS) }
         });
         Sieve {

@@ -21,8 +21,8 @@ impl<T: Real> Operand<'_, T> {
     fn lanes(&self, at: usize, whole: bool) -> [f64; LANES] {
         match self {
             Operand::Same(value) => [*value; LANES],
-            Operand::Each(column) if whole => column.lanes(at).map(T::wide),
-            Operand::Each(column) => column.lanes_or(at, T::NAN).map(T::wide),
+            Operand::Each(column) if whole => column.lanes(at).map(T::to_f64),
+            Operand::Each(column) => column.lanes_or(at, T::NAN).map(T::to_f64),
         }
     }
 }
@@ -38,7 +38,7 @@ pub fn each<T: Real, const N: usize>(
     out: &mut ColumnMut<'_, T>,
 ) -> Result<(), Error> {
     same_lengths(&operands, "out", out.len())?;
-    level.run(Each { operands, formula: |x| T::of(formula(x)), out });
+    level.run(Each { operands, formula: |x| T::from_f64(formula(x)), out });
     Ok(())
 }
 

@@ -52,15 +52,15 @@ impl<T: Real> Bounds<T> {
         }
         let (vx, vy, half) = (vx / fastest, vy / fastest, omega / fastest / 2.0);
         let Outline { x_rear, x_front, y_right, y_left } = sweep.outline;
-        let rounding = 2.0 * T::SLACK.wide();
+        let rounding = 2.0 * T::SLACK.to_f64();
         let off = error + 4.0 * sweep.touch + rounding * reach;
         let (x_low, x_high) = range(vy, half, x_rear, x_front);
         let (y_low, y_high) = range(-vx, half, y_right, y_left);
         Some(Bounds {
-            vx: T::of(vx),
-            vy: T::of(vy),
-            omega: T::of(2.0 * half),
-            half: T::of(half),
+            vx: T::from_f64(vx),
+            vy: T::from_f64(vy),
+            omega: T::from_f64(2.0 * half),
+            half: T::from_f64(half),
             outline: [
                 T::not_above(x_rear - off),
                 T::not_below(x_front + off),
@@ -77,7 +77,7 @@ impl<T: Real> Bounds<T> {
     #[inline(always)]
     pub(super) fn limit(&self, seconds: f64) -> T {
         let way = self.fastest * seconds;
-        T::of(way * way * (1.0 + 4.0 * T::SLACK.wide())) + T::TINY
+        T::from_f64(way * way * (1.0 + 4.0 * T::SLACK.to_f64())) + T::TINY
     }
 
     /// Bounds of points of which none that is not a number counts.

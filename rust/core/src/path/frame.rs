@@ -52,7 +52,7 @@ impl<S> Planar<S> {
     where
         S: Source<T>,
     {
-        level.run(Census { points: self, outline: bounds_of(outline) })
+        level.run(CountPoints { points: self, outline: bounds_of(outline) })
     }
 }
 
@@ -88,7 +88,7 @@ impl<T: Real, S: Source<T>> Frame<T> for Planar<S> {
     #[inline(always)]
     fn point(&self, index: usize) -> [f64; 2] {
         let [x, y, z] = [0, 1, 2].map(|column: usize| self.0[column].lanes::<1>(index)[0]);
-        if valid_x(x, y, z).is_nan() { [f64::NAN; 2] } else { [x.wide(), y.wide()] }
+        if valid_x(x, y, z).is_nan() { [f64::NAN; 2] } else { [x.to_f64(), y.to_f64()] }
     }
 
     #[inline(always)]
@@ -116,12 +116,12 @@ fn bounds_of<T: Real>(outline: Outline) -> [T; 4] {
 }
 
 /// Counts the points of a frame.
-struct Census<T, S> {
+struct CountPoints<T, S> {
     points: Planar<S>,
     outline: [T; 4],
 }
 
-impl<T: Real, S: Source<T>> Kernel for Census<T, S> {
+impl<T: Real, S: Source<T>> Kernel for CountPoints<T, S> {
     type Output = Counts;
 
     #[inline(always)]

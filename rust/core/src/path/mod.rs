@@ -22,7 +22,7 @@ use crate::cloud::Points;
 use crate::column::ColumnMut;
 use crate::error::Error;
 use crate::real::Real;
-use crate::scan::{Best, Counts, Motion, Outline};
+use crate::scan::{Counts, Hit, Motion, Outline};
 use crate::simd::Level;
 use crate::status::Status;
 use frame::Planar;
@@ -136,7 +136,7 @@ impl SweptPath {
             None => (least(self.level, points, &sweep), points.count(self.level, self.outline)),
         };
         let index = if best.closes() {
-            Some(best.beam)
+            Some(best.index)
         } else if counts.contact > 0 {
             points.first_inside(&sweep)
         } else {
@@ -180,7 +180,7 @@ impl SweptPath {
     }
 }
 
-fn status(best: Best, counts: Counts) -> Status {
+fn status(best: Hit, counts: Counts) -> Status {
     if counts.contact > 0 {
         Status::Contact
     } else if best.closes() {
@@ -223,8 +223,8 @@ mod tests {
                 path.per_point(&points, 0, motion, &mut ColumnMut::new(&mut times), None).unwrap();
                 let nearest = path.nearest(&points, 0, motion).unwrap();
                 assert_eq!(path.min(&points, 0, motion).unwrap(), Some(nearest.ttc));
-                assert_eq!(times.into_iter().fold(f32::INFINITY, f32::min), f32::of(nearest.ttc));
-                assert!(nearest.ttc.is_infinite() || times[nearest.index.unwrap()] == f32::of(nearest.ttc));
+                assert_eq!(times.into_iter().fold(f32::INFINITY, f32::min), f32::from_f64(nearest.ttc));
+                assert!(nearest.ttc.is_infinite() || times[nearest.index.unwrap()] == f32::from_f64(nearest.ttc));
                 said.push((nearest.ttc.to_bits(), nearest.index));
             }
             assert!(said.iter().all(|each| *each == said[0]), "{said:?}");

@@ -9,7 +9,7 @@ use super::frame::Frame;
 use crate::column::ColumnMut;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::scan::Best;
+use crate::scan::Hit;
 use crate::simd::{Instructions, Kernel, Level};
 use crate::status::Status;
 
@@ -24,8 +24,8 @@ struct Candidate<T> {
 }
 
 /// The point that is hit first.
-pub(crate) fn least<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Best {
-    let mut best = Best::NONE;
+pub(crate) fn least<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Hit {
+    let mut best = Hit::NONE;
     let Some(bounds) = Bounds::new(sweep, frame.error(sweep.reach)) else { return best };
     let mut candidates = level.run(Gather { frame, bounds, limit: bounds.limit(sweep.horizon) });
     let (mut rest, mut few) = (candidates.as_mut_slice(), FIRST);
@@ -47,16 +47,16 @@ pub(crate) fn least<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) 
 }
 
 /// Every point that is hit.
-pub(crate) fn entering<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Vec<Best> {
+pub(crate) fn entering<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Vec<Hit> {
     let Some(bounds) = Bounds::new(sweep, frame.error(sweep.reach)) else { return Vec::new() };
     let candidates = level.run(Gather { frame, bounds, limit: bounds.limit(sweep.horizon) });
-    candidates.into_iter().map(|candidate| decide(&frame, sweep, candidate.index)).filter(Best::closes).collect()
+    candidates.into_iter().map(|candidate| decide(&frame, sweep, candidate.index)).filter(Hit::closes).collect()
 }
 
 /// One point exactly.
 #[inline(always)]
-fn decide<T: Real>(frame: &impl Frame<T>, sweep: &Sweep, index: usize) -> Best {
-    Best { ttc: sweep.ttc(frame.point(index), frame.touches(index)), beam: index }
+fn decide<T: Real>(frame: &impl Frame<T>, sweep: &Sweep, index: usize) -> Hit {
+    Hit { ttc: sweep.ttc(frame.point(index), frame.touches(index)), index }
 }
 
 /// Move those that pass to the front, and say how many there are.
@@ -150,7 +150,7 @@ impl<T: Real, F: Frame<T>> Each<'_, '_, T, F> {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
             let decided = decide(&self.frame, self.sweep, at + lane);
-            times[lane] = T::of(decided.ttc);
+            times[lane] = T::from_f64(decided.ttc);
             hit |= u16::from(decided.closes()) << lane;
         }
         (times, hit)

@@ -31,7 +31,7 @@ impl<'a, T: Real> Straight<'a, T> {
     #[inline(always)]
     pub(super) fn new(envelope: &'a Envelope<T>, speed: f64, min_closing_speed: f64) -> Self {
         let inverse = if speed > 0.0 { &envelope.inverse_forward } else { &envelope.inverse_reverse };
-        let largest_inverse = T::of(speed.abs() / min_closing_speed) * just_below_one();
+        let largest_inverse = T::from_f64(speed.abs() / min_closing_speed) * just_below_one();
         Straight { inverse, offset: &envelope.offset, speed: speed.abs(), largest_inverse }
     }
 }
@@ -75,8 +75,8 @@ impl<'a, T: Real> Turning<'a, T> {
         (vx, vy): (f64, f64),
         min_closing_speed: f64,
     ) -> Self {
-        let slack = T::of((vx.abs() + vy.abs()) * (T::SLACK.wide() + envelope.spread.wide())) + T::TINY;
-        let (velocity, min_closing_speed) = ((T::of(vx), T::of(vy)), T::of(min_closing_speed));
+        let slack = T::from_f64((vx.abs() + vy.abs()) * (T::SLACK.to_f64() + envelope.spread.to_f64())) + T::TINY;
+        let (velocity, min_closing_speed) = ((T::from_f64(vx), T::from_f64(vy)), T::from_f64(min_closing_speed));
         Turning { envelope, farthest: rules.clamp.1, velocity, slack, min_closing_speed }
     }
 
@@ -92,7 +92,7 @@ impl<T: Real> Bound<T> for Turning<'_, T> {
     #[inline(always)]
     fn below(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T> {
         let (closing, offset) = (self.closing(at), window(&self.envelope.offset, at));
-        let below_one = T::of(1.0) - T::SLACK;
+        let below_one = T::from_f64(1.0) - T::SLACK;
         lanes(|lane| {
             let range = if ranges[lane] > self.farthest { self.farthest } else { ranges[lane] };
             let closing = closing[lane] + self.slack;
@@ -128,10 +128,10 @@ fn clearance_above<T: Real>(range: T, offset: T) -> T {
 /// Farther from one than all roundings of a table and a bound together.
 #[inline(always)]
 fn just_above_one<T: Real>() -> T {
-    T::of(1.0 + 4.0 * T::SLACK.wide())
+    T::from_f64(1.0 + 4.0 * T::SLACK.to_f64())
 }
 
 #[inline(always)]
 fn just_below_one<T: Real>() -> T {
-    T::of(1.0 - 4.0 * T::SLACK.wide())
+    T::from_f64(1.0 - 4.0 * T::SLACK.to_f64())
 }

@@ -5,12 +5,12 @@ use crate::real::Real;
 /// Clearance over closing speed: 0 in contact, infinite where the beam does not close or has no reading.
 #[inline(always)]
 pub(crate) fn ttc<T: Real>(clearance: T, closing: T, min_closing_speed: T) -> T {
-    meaning(clearance / closing, clearance, closing, min_closing_speed)
+    finish_ttc(clearance / closing, clearance, closing, min_closing_speed)
 }
 
 /// The same, with the quotient at hand.
 #[inline(always)]
-pub(super) fn meaning<T: Real>(ttc: T, clearance: T, closing: T, min_closing_speed: T) -> T {
+pub(super) fn finish_ttc<T: Real>(ttc: T, clearance: T, closing: T, min_closing_speed: T) -> T {
     let ttc = if clearance <= T::ZERO { T::ZERO } else { ttc };
     let ttc = if closing > min_closing_speed { ttc } else { T::INFINITY };
     if ttc >= T::ZERO { ttc } else { T::INFINITY }

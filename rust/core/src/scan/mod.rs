@@ -21,19 +21,19 @@ mod tables;
 mod view;
 mod vote;
 
-pub(crate) use {formula::ttc, vote::Best};
+pub(crate) use {formula::ttc, vote::Hit};
 pub use {
     geometry::{Mount, Outline},
     motion::Motion,
     reading::{Counts, LimitsPolicy, TooClose},
     settings::Settings,
     swept::ScanSweptPath,
-    vote::{Minimum, Neighbours},
+    vote::{BeamVote, Neighbours},
 };
 use {
-    prepared::Prepared,
+    prepared::KernelTables,
     search::first_hit,
-    tables::{Beams, Exact},
+    tables::{Beams, ExactBeams},
     view::View,
 };
 
@@ -70,27 +70,27 @@ pub struct ScanTtc {
     settings: Settings,
     level: Level,
     beams: Beams,
-    single: Prepared<f32>,
-    double: Prepared<f64>,
+    single: KernelTables<f32>,
+    double: KernelTables<f64>,
 }
 
 /// A type that ranges can have.
 pub trait Range: Real {
     #[doc(hidden)]
     #[allow(private_interfaces, reason = "the trait is closed: only this file implements it")]
-    fn prepared(scan: &ScanTtc) -> &Prepared<Self>;
+    fn prepared(scan: &ScanTtc) -> &KernelTables<Self>;
 }
 
 impl Range for f32 {
     #[allow(private_interfaces, reason = "as in the trait")]
-    fn prepared(scan: &ScanTtc) -> &Prepared<f32> {
+    fn prepared(scan: &ScanTtc) -> &KernelTables<f32> {
         &scan.single
     }
 }
 
 impl Range for f64 {
     #[allow(private_interfaces, reason = "as in the trait")]
-    fn prepared(scan: &ScanTtc) -> &Prepared<f64> {
+    fn prepared(scan: &ScanTtc) -> &KernelTables<f64> {
         &scan.double
     }
 }
@@ -104,8 +104,8 @@ impl ScanTtc {
         settings.check()?;
         let beams = Beams::new(settings.angles(), settings.mount, settings.outline, settings.mask.as_deref());
         Ok(ScanTtc {
-            single: Prepared::new(&settings, &beams),
-            double: Prepared::new(&settings, &beams),
+            single: KernelTables::new(&settings, &beams),
+            double: KernelTables::new(&settings, &beams),
             beams,
             level,
             settings,
@@ -120,16 +120,16 @@ impl ScanTtc {
 
     /// Least time-to-collision, s, or `None` when nothing valid was observed.
     ///
-    /// With [`Settings::minimum`], what the vote says; where too few beams close for a vote, the plain least.
+    /// With [`Settings::beam_vote`], what the vote says; where too few beams close for a vote, the plain least.
     ///
     /// # Errors
     /// When the number of ranges or the motion makes no sense.
     #[inline(always)]
     pub fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
         let exact = self.exact(ranges.len(), motion)?;
-        let best = match self.settings.minimum {
+        let best = match self.settings.beam_vote {
             None => first_hit(self.level, ranges, T::prepared(self), exact),
-            Some(minimum) => self.moving(ranges, exact).voted(minimum).0,
+            Some(beam_vote) => self.moving(ranges, exact).voted(beam_vote).0,
         };
         Ok((best.closes() || self.moving(ranges, exact).observes()).then_some(best.ttc))
     }
@@ -179,23 +179,23 @@ impl ScanTtc {
     }
 
     /// One scan in a motion that makes sense.
-    fn moving<'a, T: Range>(&'a self, ranges: Column<'a, T>, exact: Exact<'a>) -> View<'a, T> {
+    fn moving<'a, T: Range>(&'a self, ranges: Column<'a, T>, exact: ExactBeams<'a>) -> View<'a, T> {
         View {
             ranges,
             prepared: T::prepared(self),
             exact,
             level: self.level,
-            minimum: self.settings.minimum,
+            beam_vote: self.settings.beam_vote,
             mount: self.settings.mount,
         }
     }
 
     /// The beams in a motion, if it makes sense and there is a range for each.
     #[inline(always)]
-    fn exact(&self, ranges: usize, motion: Motion) -> Result<Exact<'_>, Error> {
+    fn exact(&self, ranges: usize, motion: Motion) -> Result<ExactBeams<'_>, Error> {
         self.check_beams("ranges", ranges)?;
         let velocity = motion.of_sensor(self.settings.mount)?;
-        Ok(Exact { beams: &self.beams, velocity, min_closing_speed: self.settings.min_closing_speed })
+        Ok(ExactBeams { beams: &self.beams, velocity, min_closing_speed: self.settings.min_closing_speed })
     }
 
     /// Whether an array has one entry for each beam.
@@ -214,10 +214,10 @@ impl ScanTtc {
     }
 
     /// Everything that says why `best` decides.
-    fn nearest_of<T: Real>(&self, view: &View<'_, T>, best: Best, supported: bool) -> Nearest {
+    fn nearest_of<T: Real>(&self, view: &View<'_, T>, best: Hit, supported: bool) -> Nearest {
         let counts = view.counts();
         let beam = if best.ttc < f64::INFINITY {
-            Some(best.beam)
+            Some(best.index)
         } else if counts.contact > 0 {
             view.first_contact()
         } else {
@@ -245,7 +245,7 @@ impl ScanTtc {
         status_out.map_or(Ok(()), |status_out| self.check_beams("status_out", status_out.len()))
     }
 
-    fn status(&self, best: Best, supported: bool, counts: &Counts) -> Status {
+    fn status(&self, best: Hit, supported: bool, counts: &Counts) -> Status {
         let hit_too_close = self.settings.too_close == TooClose::Hit && counts.too_close > 0;
         let there = counts.valid > 0 || hit_too_close;
         let far = counts.beyond_limits > 0;

@@ -1,6 +1,6 @@
 //! The time-to-collision of every beam, in the type of the ranges.
 
-use super::formula::meaning;
+use super::formula::finish_ttc;
 use super::reading::Rules;
 use super::tables::{Envelope, Tables};
 use crate::column::{Sink, Source};
@@ -37,7 +37,7 @@ impl<'a, T: Real> Straight<'a, T> {
     pub(super) fn new(tables: &'a Tables<T>, (vx, vy): (f64, f64)) -> Option<Self> {
         let Tables { beams: Envelope { cos, .. }, inverse, extremes, .. } = tables;
         let (cos, inverse) = (groups(cos), groups(inverse));
-        let straight = Straight { cos, inverse, extremes, speed: T::of(vx), per_speed: T::of(1.0 / vx) };
+        let straight = Straight { cos, inverse, extremes, speed: T::from_f64(vx), per_speed: T::from_f64(1.0 / vx) };
         (vy == 0.0 && (1e-3..1e6).contains(&vx.abs())).then_some(straight)
     }
 }
@@ -80,7 +80,7 @@ pub(super) struct Turning<'a, T> {
 impl<'a, T: Real> Turning<'a, T> {
     pub(super) fn new(tables: &'a Tables<T>, (vx, vy): (f64, f64)) -> Self {
         let (cos, sin) = (groups(&tables.beams.cos), groups(&tables.beams.sin));
-        Turning { cos, sin, velocity: (T::of(vx), T::of(vy)) }
+        Turning { cos, sin, velocity: (T::from_f64(vx), T::from_f64(vy)) }
     }
 }
 
@@ -140,11 +140,11 @@ impl<T: Real, S: Source<T>, P: Pace<T>> Scan<'_, T, S, P> {
         let clearance = lanes(|lane| usable[lane] - offset[lane]);
         if all_close {
             let times = self.pace.times(group, &clearance, &[T::INFINITY; LANES]);
-            lanes(|lane| meaning(times[lane], clearance[lane], T::INFINITY, T::ZERO))
+            lanes(|lane| finish_ttc(times[lane], clearance[lane], T::INFINITY, T::ZERO))
         } else {
             let closing = self.pace.closing(group);
             let times = self.pace.times(group, &clearance, &closing);
-            lanes(|lane| meaning(times[lane], clearance[lane], closing[lane], self.min_closing_speed))
+            lanes(|lane| finish_ttc(times[lane], clearance[lane], closing[lane], self.min_closing_speed))
         }
     }
 

@@ -7,15 +7,15 @@ use crate::real::Real;
 
 /// Everything that a kernel reads besides the scan itself.
 #[derive(Clone, Debug)]
-pub(super) struct Prepared<T> {
+pub(super) struct KernelTables<T> {
     pub tables: Tables<T>,
     pub rules: Rules<T>,
 }
 
-impl<T: Real> Prepared<T> {
+impl<T: Real> KernelTables<T> {
     pub(super) fn new(settings: &Settings, beams: &Beams) -> Self {
         let sensor = (settings.range_min, settings.range_max);
-        Prepared {
+        KernelTables {
             tables: Tables::new(beams, settings.beams),
             rules: Rules::new(sensor, settings.limits, settings.limits_policy, settings.too_close),
         }

@@ -65,17 +65,17 @@ impl<T: Real> Rules<T> {
         policy: LimitsPolicy,
         too_close: TooClose,
     ) -> Self {
-        let (near, far) = limits.map_or((T::ZERO, T::INFINITY), |(near, far)| (T::of(near), T::of(far)));
+        let (near, far) = limits.map_or((T::ZERO, T::INFINITY), |(near, far)| (T::from_f64(near), T::from_f64(far)));
         let clamps = policy == LimitsPolicy::Clamp;
-        let range_max = T::of(range_max);
+        let range_max = T::from_f64(range_max);
         let farthest = if clamps || range_max < far { range_max } else { far };
         Rules {
-            range_min: T::of(range_min),
+            range_min: T::from_f64(range_min),
             range_max,
             far_limit: far,
             clamp: if clamps { (near, far) } else { (T::ZERO, T::INFINITY) },
             too_close: match too_close {
-                TooClose::Hit => T::of(range_min),
+                TooClose::Hit => T::from_f64(range_min),
                 TooClose::Ignore => T::NAN,
             },
             usable_max: if farthest < T::MAX { farthest } else { T::MAX },
@@ -124,13 +124,13 @@ impl<T: Real> Rules<T> {
 }
 
 /// Counts every case of a scan.
-pub(super) struct Census<'a, T, S> {
+pub(super) struct CountReadings<'a, T, S> {
     pub ranges: S,
     pub rules: Rules<T>,
     pub tables: &'a Tables<T>,
 }
 
-impl<T: Real, S: Source<T>> Kernel for Census<'_, T, S> {
+impl<T: Real, S: Source<T>> Kernel for CountReadings<'_, T, S> {
     type Output = Counts;
 
     #[inline(always)]
@@ -149,7 +149,7 @@ impl<T: Real, S: Source<T>> Kernel for Census<'_, T, S> {
     }
 }
 
-impl<T: Real, S> Census<'_, T, S> {
+impl<T: Real, S> CountReadings<'_, T, S> {
     /// Count the readings of a group that are `there`. Most groups are ordinary: all valid, none in contact.
     #[inline(always)]
     fn count<I: Instructions>(&self, simd: I, counts: &mut Counts, at: usize, ranges: &Lanes<T>, there: u16) {

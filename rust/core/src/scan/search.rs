@@ -14,10 +14,10 @@
 //! time, never the answer. Flat walls, where many beams tie within `f32`, are only more beams to compute.
 
 use super::bound::{Bound, Straight, Turning};
-use super::prepared::Prepared;
+use super::prepared::KernelTables;
 use super::reading::Rules;
-use super::tables::{BLOCKS, Envelope, Exact, Tables, start};
-use super::vote::Best;
+use super::tables::{BLOCKS, Envelope, ExactBeams, Tables, start};
+use super::vote::Hit;
 use crate::column::{Column, Source};
 use crate::lanes::{LANES, Lanes, each, least};
 use crate::real::Real;
@@ -35,13 +35,13 @@ const SLOWEST: f64 = 1e-290;
 pub(super) fn first_hit<T: Real>(
     level: Level,
     ranges: Column<'_, T>,
-    prepared: &Prepared<T>,
-    exact: Exact<'_>,
-) -> Best {
+    prepared: &KernelTables<T>,
+    exact: ExactBeams<'_>,
+) -> Hit {
     let ((vx, vy), min_closing_speed) = (exact.velocity, exact.min_closing_speed);
     let fastest = vx.abs() + vy.abs();
     if fastest <= min_closing_speed {
-        return Best::NONE;
+        return Hit::NONE;
     }
     let rules = &prepared.rules;
     if fastest < SLOWEST {
@@ -54,10 +54,10 @@ pub(super) fn first_hit<T: Real>(
 }
 
 #[inline(always)]
-fn one_by_one<T: Real>(ranges: Column<'_, T>, rules: &Rules<T>, exact: Exact<'_>) -> Best {
-    let mut best = Best::NONE;
+fn one_by_one<T: Real>(ranges: Column<'_, T>, rules: &Rules<T>, exact: ExactBeams<'_>) -> Hit {
+    let mut best = Hit::NONE;
     for beam in 0..ranges.len() {
-        let candidate = Best { ttc: exact.ttc(beam, rules.usable(ranges.get(beam)).wide()), beam };
+        let candidate = Hit { ttc: exact.ttc(beam, rules.usable(ranges.get(beam)).to_f64()), index: beam };
         best = candidate.or(best);
     }
     best
@@ -67,11 +67,11 @@ fn one_by_one<T: Real>(ranges: Column<'_, T>, rules: &Rules<T>, exact: Exact<'_>
 fn searched<'a, T: Real, B: Bound<T>>(
     level: Level,
     ranges: Column<'_, T>,
-    prepared: &'a Prepared<T>,
-    exact: Exact<'a>,
+    prepared: &'a KernelTables<T>,
+    exact: ExactBeams<'a>,
     bound: impl Fn(&'a Envelope<T>) -> B,
-) -> Best {
-    let Prepared { tables, rules } = prepared;
+) -> Hit {
+    let KernelTables { tables, rules } = prepared;
     if ranges.len() < LANES {
         let few: Lanes<T> = ranges.lanes_or(0, T::NAN);
         return level.run(Search { ranges: Column::new(&few), rules, tables, bound, exact });
@@ -90,14 +90,14 @@ struct Search<'a, T, S, F> {
     tables: &'a Tables<T>,
     /// Makes the bounds of an envelope.
     bound: F,
-    exact: Exact<'a>,
+    exact: ExactBeams<'a>,
 }
 
 impl<'a, T: Real, S: Source<T>, B: Bound<T>, F: Fn(&'a Envelope<T>) -> B> Kernel for Search<'a, T, S, F> {
-    type Output = Best;
+    type Output = Hit;
 
     #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) -> Best {
+    fn run<I: Instructions>(self, simd: I) -> Hit {
         let (beams, blocks) = ((self.bound)(&self.tables.beams), (self.bound)(&self.tables.blocks));
         let mut bounds = ArrayVec::<Lanes<T>, BLOCKS>::new();
         let (mut lowest, mut least_reading) = ([T::INFINITY; LANES], [T::INFINITY; LANES]);
@@ -111,7 +111,7 @@ impl<'a, T: Real, S: Source<T>, B: Bound<T>, F: Fn(&'a Envelope<T>) -> B> Kernel
         let minus_infinity = [T::ZERO - T::INFINITY; LANES];
         let is_too_close = T::within(simd, &least_reading, &minus_infinity, &minus_infinity) != 0;
         let mut limit = self.first_limit(simd, &bounds, &lowest, &beams);
-        let mut best = Best::NONE;
+        let mut best = Hit::NONE;
         for block in 0..bounds.len() {
             if is_too_close || reaching(simd, &bounds[block], limit) != 0 {
                 (best, limit) = self.decided(simd, block, &beams, (best, limit));
@@ -171,15 +171,15 @@ impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
         simd: I,
         block: usize,
         beams: &impl Bound<T>,
-        (mut best, mut limit): (Best, T),
-    ) -> (Best, T) {
+        (mut best, mut limit): (Hit, T),
+    ) -> (Hit, T) {
         for group in self.tables.groups(block) {
             let (at, usable) = self.usable(group);
             let left = reaching(simd, &beams.below(at, &usable), limit);
             if left != 0 {
                 best = self.best_of(simd, at, &usable, left).or(best);
                 // Rounding it to `T` is covered by the slack in the bounds, and underflow by `TINY`.
-                let new = T::of(best.ttc * beams.scale()) + T::TINY;
+                let new = T::from_f64(best.ttc * beams.scale()) + T::TINY;
                 limit = if new < limit { new } else { limit };
             }
         }
@@ -188,15 +188,15 @@ impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
 
     /// The best of the beams of a group that are `left`. Usually that is one; in lanes, all of them cost as much as a few.
     #[inline(always)]
-    fn best_of<I: Instructions>(&self, simd: I, at: usize, ranges: &Lanes<T>, left: u16) -> Best {
+    fn best_of<I: Instructions>(&self, simd: I, at: usize, ranges: &Lanes<T>, left: u16) -> Hit {
         if left.is_power_of_two() {
             let lane = left.trailing_zeros() as usize % LANES;
-            return Best { ttc: self.exact.ttc(at + lane, ranges[lane].wide()), beam: at + lane };
+            return Hit { ttc: self.exact.ttc(at + lane, ranges[lane].to_f64()), index: at + lane };
         }
         let ttc = self.exact.ttc_lanes(at, ranges);
         let lowest = least(ttc);
         let ties = f64::within(simd, &ttc, &[lowest; LANES], &[lowest; LANES]);
-        Best { ttc: lowest, beam: at + ties.trailing_zeros() as usize }
+        Hit { ttc: lowest, index: at + ties.trailing_zeros() as usize }
     }
 }
 
@@ -272,7 +272,7 @@ mod tests {
     }
 
     fn agrees<T: Range>(settings: &Settings, ranges: &[f64], motion: Motion) {
-        let ranges: Vec<T> = ranges.iter().map(|range| T::of(*range)).collect();
+        let ranges: Vec<T> = ranges.iter().map(|range| T::from_f64(*range)).collect();
         for level in Level::all() {
             let scan = ScanTtc::new(settings.clone(), level).expect("the settings make sense");
             let exact = scan.exact(ranges.len(), motion).expect("the motion makes sense");

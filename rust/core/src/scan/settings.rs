@@ -2,7 +2,7 @@
 
 use super::geometry::{Mount, Outline};
 use super::reading::{LimitsPolicy, TooClose};
-use super::vote::Minimum;
+use super::vote::BeamVote;
 use crate::error::{Error, finite, non_negative};
 
 /// A sensor whose beams span more than this is more likely described in degrees, rad.
@@ -42,7 +42,7 @@ pub struct Settings {
     /// What -inf means.
     pub too_close: TooClose,
     /// How a speckle is outvoted.
-    pub minimum: Option<Minimum>,
+    pub beam_vote: Option<BeamVote>,
 }
 
 impl Settings {
@@ -62,7 +62,7 @@ impl Settings {
             mask: None,
             min_closing_speed: 0.01,
             too_close: TooClose::default(),
-            minimum: None,
+            beam_vote: None,
         }
     }
 
@@ -127,7 +127,7 @@ impl Settings {
         non_negative("min_closing_speed", self.min_closing_speed)?;
         self.mount.checked()?;
         self.outline.map(Outline::checked).transpose()?;
-        self.minimum.map(Minimum::checked).transpose()?;
+        self.beam_vote.map(BeamVote::checked).transpose()?;
         Ok(())
     }
 

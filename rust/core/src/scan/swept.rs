@@ -1,9 +1,9 @@
 //! Which beam's point is hit first: the swept path of [`crate::path`] over the beams of a scanner.
 
-use super::prepared::Prepared;
+use super::prepared::KernelTables;
 use super::reading::Rules;
-use super::tables::{Exact, Tables};
-use super::vote::Best;
+use super::tables::{ExactBeams, Tables};
+use super::vote::Hit;
 use super::{Motion, Nearest, Range, ScanTtc, View};
 use crate::column::{Column, ColumnMut, Source};
 use crate::error::Error;
@@ -99,22 +99,22 @@ impl ScanSweptPath {
 
 impl<T: Real> View<'_, T> {
     fn beams<S: Source<T>>(&self, ranges: S) -> Beams<'_, T, S> {
-        let Prepared { tables, rules } = self.prepared;
+        let KernelTables { tables, rules } = self.prepared;
         Beams { ranges, tables, rules, exact: self.exact, mount: (self.mount.x, self.mount.y) }
     }
 
     /// The deciding beam, and whether a vote (if one was asked for) confirmed it.
-    fn first(&self, sweep: &Sweep) -> (Best, bool) {
+    fn first(&self, sweep: &Sweep) -> (Hit, bool) {
         match self.ranges.dense() {
             Some(ranges) => self.first_of(self.beams(ranges), sweep),
             None => self.first_of(self.beams(self.ranges), sweep),
         }
     }
 
-    fn first_of<S: Source<T>>(&self, beams: Beams<'_, T, S>, sweep: &Sweep) -> (Best, bool) {
-        match self.minimum {
+    fn first_of<S: Source<T>>(&self, beams: Beams<'_, T, S>, sweep: &Sweep) -> (Hit, bool) {
+        match self.beam_vote {
             None => (least(self.level, beams, sweep), true),
-            Some(minimum) => self.elected(minimum, entering(self.level, beams, sweep)),
+            Some(beam_vote) => self.elected(beam_vote, entering(self.level, beams, sweep)),
         }
     }
 }
@@ -125,14 +125,14 @@ struct Beams<'a, T, S> {
     ranges: S,
     tables: &'a Tables<T>,
     rules: &'a Rules<T>,
-    exact: Exact<'a>,
+    exact: ExactBeams<'a>,
     mount: (f64, f64),
 }
 
 impl<T: Real, S: Source<T>> Beams<'_, T, S> {
     #[inline(always)]
     fn range(&self, beam: usize) -> f64 {
-        self.rules.usable(self.ranges.lanes::<1>(beam)[0]).wide()
+        self.rules.usable(self.ranges.lanes::<1>(beam)[0]).to_f64()
     }
 }
 
@@ -148,7 +148,7 @@ impl<T: Real, S: Source<T>> Frame<T> for Beams<'_, T, S> {
         let ranges: Lanes<T> = if whole { self.ranges.lanes(at) } else { self.ranges.lanes_or(at, T::NAN) };
         let (cos, sin) = (window(&self.tables.beams.cos, at), window(&self.tables.beams.sin, at));
         let offset = window(&self.tables.offset, at);
-        let (x, y) = (T::of(self.mount.0), T::of(self.mount.1));
+        let (x, y) = (T::from_f64(self.mount.0), T::from_f64(self.mount.1));
         let range: Lanes<T> = std::array::from_fn(|lane| {
             let usable = self.rules.usable(ranges[lane]);
             if offset[lane] >= T::ZERO { usable } else { T::NAN }
@@ -161,12 +161,12 @@ impl<T: Real, S: Source<T>> Frame<T> for Beams<'_, T, S> {
 
     #[inline(always)]
     fn error(&self, reach: f64) -> f64 {
-        T::SLACK.wide() * (reach + self.mount.0.abs() + self.mount.1.abs())
+        T::SLACK.to_f64() * (reach + self.mount.0.abs() + self.mount.1.abs())
     }
 
     #[inline(always)]
     fn point(&self, beam: usize) -> [f64; 2] {
-        let (range, Exact { beams, .. }) = (self.range(beam), self.exact);
+        let (range, ExactBeams { beams, .. }) = (self.range(beam), self.exact);
         if beams.ignores(beam) {
             return [f64::NAN; 2];
         }

@@ -46,13 +46,13 @@ impl Beams {
 
 /// The beams for one motion of the sensor.
 #[derive(Clone, Copy)]
-pub(super) struct Exact<'a> {
+pub(super) struct ExactBeams<'a> {
     pub beams: &'a Beams,
     pub velocity: (f64, f64),
     pub min_closing_speed: f64,
 }
 
-impl Exact<'_> {
+impl ExactBeams<'_> {
     /// Closing speed of one beam.
     #[inline(always)]
     pub(super) fn closing(&self, beam: usize) -> f64 {
@@ -78,7 +78,7 @@ impl Exact<'_> {
         let offset = window(&self.beams.offset, at);
         lanes(|lane| {
             let closing = self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane];
-            ttc(ranges[lane].wide() - offset[lane], closing, self.min_closing_speed)
+            ttc(ranges[lane].to_f64() - offset[lane], closing, self.min_closing_speed)
         })
     }
 }
@@ -139,9 +139,9 @@ impl<T: Real> Tables<T> {
             (first..groups.min(first + block)).map(move |group| start(group, count.max(LANES)) + lane)
         });
         Tables {
-            offset: table(&beams.offset, T::of),
+            offset: table(&beams.offset, T::from_f64),
             offset_below: table(&beams.offset, T::not_above),
-            inverse: table(&beams.cos, |cos| T::of(1.0 / cos)),
+            inverse: table(&beams.cos, |cos| T::from_f64(1.0 / cos)),
             extremes: beams.cos.chunks_exact(LANES).map(extremes).collect(),
             beams: Envelope::new(beams, (0..beams.offset.len()).map(std::iter::once)),
             blocks: Envelope::new(beams, seen),
@@ -165,8 +165,8 @@ impl<T: Real> Tables<T> {
 
 impl<T: Real> Envelope<T> {
     fn new<S: Iterator<Item = usize> + Clone>(beams: &Beams, sets: impl Iterator<Item = S>) -> Self {
-        let slack = T::SLACK.wide();
-        let inverse = |cos: f64| if cos > 0.0 { T::of((1.0 - slack) / cos) } else { T::NAN };
+        let slack = T::SLACK.to_f64();
+        let inverse = |cos: f64| if cos > 0.0 { T::from_f64((1.0 - slack) / cos) } else { T::NAN };
         let mut envelope = Envelope {
             cos: vec![],
             sin: vec![],
@@ -184,8 +184,8 @@ impl<T: Real> Envelope<T> {
             let (cos, sin) = (middle(&beams.cos), middle(&beams.sin));
             let away = counts.clone().map(|beam| (beams.cos[beam] - cos).hypot(beams.sin[beam] - sin));
             spread = away.fold(spread, f64::max);
-            envelope.cos.push(T::of(cos));
-            envelope.sin.push(T::of(sin));
+            envelope.cos.push(T::from_f64(cos));
+            envelope.sin.push(T::from_f64(sin));
             envelope.offset.push(T::not_below(highest(&beams.offset) * (1.0 + slack)));
             envelope.inverse_forward.push(inverse(highest(&beams.cos)));
             envelope.inverse_reverse.push(inverse(-lowest(&beams.cos)));
@@ -203,5 +203,5 @@ fn extremes<T: Real>(values: &[f64]) -> (T, T) {
     let (low, high) = values
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
-    (T::of(low), T::of(high))
+    (T::from_f64(low), T::from_f64(high))
 }

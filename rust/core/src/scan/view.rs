@@ -2,11 +2,11 @@
 
 use super::geometry::Mount;
 use super::per_beam::{Pace, Scan, Statuses, Times};
-use super::prepared::Prepared;
-use super::reading::{Census, Counts};
+use super::prepared::KernelTables;
+use super::reading::{CountReadings, Counts};
 use super::search::first_hit;
-use super::tables::Exact;
-use super::vote::{self, Best, Minimum};
+use super::tables::ExactBeams;
+use super::vote::{self, BeamVote, Hit};
 use crate::column::{Column, ColumnMut};
 use crate::lanes::groups;
 use crate::real::Real;
@@ -15,37 +15,37 @@ use crate::simd::Level;
 /// One scan in one motion.
 pub(super) struct View<'a, T> {
     pub ranges: Column<'a, T>,
-    pub prepared: &'a Prepared<T>,
-    pub exact: Exact<'a>,
+    pub prepared: &'a KernelTables<T>,
+    pub exact: ExactBeams<'a>,
     pub level: Level,
-    pub minimum: Option<Minimum>,
+    pub beam_vote: Option<BeamVote>,
     pub mount: Mount,
 }
 
 impl<T: Real> View<'_, T> {
     /// The deciding beam, and whether a vote (if one was asked for) confirmed it.
-    pub(super) fn best(&self) -> (Best, bool) {
-        match self.minimum {
+    pub(super) fn best(&self) -> (Hit, bool) {
+        match self.beam_vote {
             None => (first_hit(self.level, self.ranges, self.prepared, self.exact), true),
-            Some(minimum) => self.voted(minimum),
+            Some(beam_vote) => self.voted(beam_vote),
         }
     }
 
     /// The vote is for those who would rather be right than fast: every beam is computed.
-    pub(super) fn voted(&self, minimum: Minimum) -> (Best, bool) {
-        self.elected(minimum, self.closing())
+    pub(super) fn voted(&self, beam_vote: BeamVote) -> (Hit, bool) {
+        self.elected(beam_vote, self.closing())
     }
 
     /// The beam among those that close that a vote elects, or the first of them where it elects none.
-    pub(super) fn elected(&self, minimum: Minimum, closing: Vec<Best>) -> (Best, bool) {
+    pub(super) fn elected(&self, beam_vote: BeamVote, closing: Vec<Hit>) -> (Hit, bool) {
         let usable = |beam| if self.exact.beams.ignores(beam) { f64::NAN } else { self.usable(beam) };
-        vote::elect(minimum, closing, self.ranges.len(), usable)
+        vote::elect(beam_vote, closing, self.ranges.len(), usable)
     }
 
     /// Every beam that closes.
-    fn closing(&self) -> Vec<Best> {
-        let ttc = |beam| Best { ttc: self.exact.ttc(beam, self.usable(beam)), beam };
-        (0..self.ranges.len()).map(ttc).filter(Best::closes).collect()
+    fn closing(&self) -> Vec<Hit> {
+        let ttc = |beam| Hit { ttc: self.exact.ttc(beam, self.usable(beam)), index: beam };
+        (0..self.ranges.len()).map(ttc).filter(Hit::closes).collect()
     }
 
     pub(super) fn per_beam<'o>(
@@ -54,8 +54,9 @@ impl<T: Real> View<'_, T> {
         out: &mut ColumnMut<'o, T>,
         status_out: Option<&mut ColumnMut<'o, u8>>,
     ) {
-        let Prepared { tables, rules } = self.prepared;
-        let (rules, offset, min_closing_speed) = (*rules, groups(&tables.offset), T::of(self.exact.min_closing_speed));
+        let KernelTables { tables, rules } = self.prepared;
+        let (rules, offset, min_closing_speed) =
+            (*rules, groups(&tables.offset), T::from_f64(self.exact.min_closing_speed));
         let ranges = self.ranges;
         // The times last: they may be written over the ranges.
         if let Some(status_out) = status_out {
@@ -71,10 +72,10 @@ impl<T: Real> View<'_, T> {
     }
 
     pub(super) fn counts(&self) -> Counts {
-        let Prepared { tables, rules } = self.prepared;
+        let KernelTables { tables, rules } = self.prepared;
         match self.ranges.dense() {
-            Some(ranges) => self.level.run(Census { ranges, rules: *rules, tables }),
-            None => self.level.run(Census { ranges: self.ranges, rules: *rules, tables }),
+            Some(ranges) => self.level.run(CountReadings { ranges, rules: *rules, tables }),
+            None => self.level.run(CountReadings { ranges: self.ranges, rules: *rules, tables }),
         }
     }
 
@@ -85,7 +86,7 @@ impl<T: Real> View<'_, T> {
     }
 
     pub(super) fn usable(&self, beam: usize) -> f64 {
-        self.prepared.rules.usable(self.ranges.get(beam)).wide()
+        self.prepared.rules.usable(self.ranges.get(beam)).to_f64()
     }
 
     pub(super) fn first_contact(&self) -> Option<usize> {

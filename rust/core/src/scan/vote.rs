@@ -4,14 +4,14 @@ use crate::error::{Error, non_negative};
 
 /// A beam and its time-to-collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Best {
+pub(crate) struct Hit {
     pub ttc: f64,
-    pub beam: usize,
+    pub index: usize,
 }
 
-impl Best {
+impl Hit {
     /// No beam: it never comes.
-    pub(crate) const NONE: Best = Best { ttc: f64::INFINITY, beam: usize::MAX };
+    pub(crate) const NONE: Hit = Hit { ttc: f64::INFINITY, index: usize::MAX };
 
     /// Whether it ever comes.
     #[inline(always)]
@@ -21,24 +21,24 @@ impl Best {
 
     /// Earlier, or as early at a lower index.
     #[inline(always)]
-    pub(crate) fn precedes(&self, other: &Best) -> bool {
-        self.ttc < other.ttc || (self.ttc == other.ttc && self.beam < other.beam)
+    pub(crate) fn precedes(&self, other: &Hit) -> bool {
+        self.ttc < other.ttc || (self.ttc == other.ttc && self.index < other.index)
     }
 
     /// This one if it comes at all and precedes the other, else the other.
     #[inline(always)]
-    pub(crate) fn or(self, other: Best) -> Best {
+    pub(crate) fn or(self, other: Hit) -> Hit {
         if self.closes() && self.precedes(&other) { self } else { other }
     }
 
-    pub(crate) fn order(&self, other: &Best) -> std::cmp::Ordering {
-        self.ttc.total_cmp(&other.ttc).then(self.beam.cmp(&other.beam))
+    pub(crate) fn order(&self, other: &Hit) -> std::cmp::Ordering {
+        self.ttc.total_cmp(&other.ttc).then(self.index.cmp(&other.index))
     }
 }
 
 /// How a speckle is outvoted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Minimum {
+pub enum BeamVote {
     /// The `k`-th smallest time-to-collision of the scan.
     KthSmallest(usize),
     /// The least time-to-collision of the beams that their neighbours support.
@@ -60,12 +60,12 @@ pub struct Neighbours {
 /// Looking farther than this to each side is not a neighbourhood.
 const WIDEST_WINDOW: usize = 128;
 
-impl Minimum {
+impl BeamVote {
     pub(super) fn checked(self) -> Result<Self, Error> {
         match self {
-            Minimum::KthSmallest(0) => Err(Error::new("k", "must be at least 1, got 0")),
-            Minimum::KthSmallest(_) => Ok(self),
-            Minimum::Neighbours(neighbours) => neighbours.checked().map(Minimum::Neighbours),
+            BeamVote::KthSmallest(0) => Err(Error::new("k", "must be at least 1, got 0")),
+            BeamVote::KthSmallest(_) => Ok(self),
+            BeamVote::Neighbours(neighbours) => neighbours.checked().map(BeamVote::Neighbours),
         }
     }
 }
@@ -97,22 +97,27 @@ impl Neighbours {
 
 /// The beam among those that close that the vote elects, or the first of them where it elects none; and whether it did,
 /// or there was nobody to elect. `usable` is the range of a beam, NaN without one.
-pub(super) fn elect(minimum: Minimum, closing: Vec<Best>, beams: usize, usable: impl Fn(usize) -> f64) -> (Best, bool) {
-    let Some(first) = closing.iter().copied().min_by(Best::order) else { return (Best::NONE, true) };
-    let winner = winner(minimum, closing, beams, usable);
+pub(super) fn elect(
+    beam_vote: BeamVote,
+    closing: Vec<Hit>,
+    beams: usize,
+    usable: impl Fn(usize) -> f64,
+) -> (Hit, bool) {
+    let Some(first) = closing.iter().copied().min_by(Hit::order) else { return (Hit::NONE, true) };
+    let winner = winner(beam_vote, closing, beams, usable);
     (winner.unwrap_or(first), winner.is_some())
 }
 
 /// The beam that wins the vote among those that close, if one does.
-fn winner(minimum: Minimum, mut closing: Vec<Best>, beams: usize, usable: impl Fn(usize) -> f64) -> Option<Best> {
-    match minimum {
-        Minimum::KthSmallest(k) => {
+fn winner(beam_vote: BeamVote, mut closing: Vec<Hit>, beams: usize, usable: impl Fn(usize) -> f64) -> Option<Hit> {
+    match beam_vote {
+        BeamVote::KthSmallest(k) => {
             let place = k.checked_sub(1).filter(|place| *place < closing.len())?;
-            Some(*closing.select_nth_unstable_by(place, Best::order).1)
+            Some(*closing.select_nth_unstable_by(place, Hit::order).1)
         }
-        Minimum::Neighbours(neighbours) => closing.into_iter().fold(None, |best, each| {
+        BeamVote::Neighbours(neighbours) => closing.into_iter().fold(None, |best, each| {
             let sooner = best.is_none_or(|best| each.precedes(&best));
-            if sooner && neighbours.support(each.beam, beams, &usable) { Some(each) } else { best }
+            if sooner && neighbours.support(each.index, beams, &usable) { Some(each) } else { best }
         }),
     }
 }

@@ -56,10 +56,11 @@ impl Profile {
         let (from, to) = gate.x;
         let nearer = Gate { x: (from, to.min(end + end.abs() * 1e-6)), ..*gate };
         let found = Candidates::gather(points, &nearer, None, level, 1);
-        let body = found.kept.iter().map(|candidate| (candidate.x.wide(), candidate.index)).filter(|(x, _)| *x <= end);
+        let body =
+            found.kept.iter().map(|candidate| (candidate.x.to_f64(), candidate.index)).filter(|(x, _)| *x <= end);
         let mut placed: Vec<Placed> = body
             .map(|(x, index)| {
-                let [_, y, z] = gate.oriented(points.get(index as usize)).map(Real::wide);
+                let [_, y, z] = gate.oriented(points.get(index as usize)).map(Real::to_f64);
                 Placed { place: place(y, z, settings.cell), x, z }
             })
             .collect();

@@ -69,7 +69,7 @@ impl<T: Real> Ruler<'_, T> {
     #[inline(always)]
     fn read(&self, i: usize) -> Option<f64> {
         let stored = self.column.get(i);
-        (self.low <= stored && stored <= self.high).then(|| self.sign * stored.wide())
+        (self.low <= stored && stored <= self.high).then(|| self.sign * stored.to_f64())
     }
 }
 

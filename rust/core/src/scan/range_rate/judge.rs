@@ -116,7 +116,7 @@ impl<T: Real, S> Judge<'_, '_, T, S> {
         let (mut clearance, mut ttc) = ([f64::NAN; GROUP], [f64::INFINITY; GROUP]);
         let mut closes = [false; GROUP];
         for i in 0..GROUP {
-            let free = self.readings.usable(ranges[i]).wide() - offset[i];
+            let free = self.readings.usable(ranges[i]).to_f64() - offset[i];
             let closing = -range_rate[i];
             let counts = (closing > self.least.closing_speed) & (closing > self.least.significance * standard_error[i]);
             let time = if free > 0.0 { free / closing } else { 0.0 };
@@ -135,10 +135,10 @@ impl<T: Real, S> Judge<'_, '_, T, S> {
         self.beams.standard_error[at..at + GROUP].copy_from_slice(&standard_error);
         self.beams.ttc[at..at + GROUP].copy_from_slice(&ttc);
         if let Some(out) = self.outputs.range_rate.as_mut() {
-            out.set_lanes(at, range_rate.map(T::of));
+            out.set_lanes(at, range_rate.map(T::from_f64));
         }
         if let Some(out) = self.outputs.standard_error.as_mut() {
-            out.set_lanes(at, standard_error.map(T::of));
+            out.set_lanes(at, standard_error.map(T::from_f64));
         }
         if let Some(out) = self.outputs.status.as_mut() {
             let each: [u8; GROUP] = std::array::from_fn(|lane| {

@@ -42,7 +42,7 @@ impl<T: Real, S> Measure<'_, T, S> {
         let mut readings: Group = [f64::NAN; GROUP];
         for i in 0..GROUP {
             let measured = (ranges[i] > T::ZERO - T::INFINITY) & !offset[i].is_nan();
-            readings[i] = if measured { self.rules.usable(ranges[i]).wide() } else { f64::NAN };
+            readings[i] = if measured { self.rules.usable(ranges[i]).to_f64() } else { f64::NAN };
         }
         self.memory[at..at + GROUP].copy_from_slice(&readings);
     }

@@ -2,7 +2,7 @@
 
 use super::RangeRate;
 use super::judge::Coverage;
-use crate::scan::vote::{self, Best};
+use crate::scan::vote::{self, Hit};
 use crate::scan::{Counts, Range, View};
 use crate::status::Status;
 
@@ -67,7 +67,7 @@ impl RangeRate {
         let counts = view.counts();
         let (best, supported) = self.best();
         let shown = if best.closes() {
-            Some(best.beam)
+            Some(best.index)
         } else if counts.contact > 0 {
             view.first_contact()
         } else {
@@ -108,13 +108,13 @@ impl RangeRate {
     }
 
     /// The deciding beam, and whether the vote confirmed it. Only beams that close vote.
-    fn best(&self) -> (Best, bool) {
-        let Some(newest) = self.history.newest() else { return (Best::NONE, true) };
+    fn best(&self) -> (Hit, bool) {
+        let Some(newest) = self.history.newest() else { return (Hit::NONE, true) };
         let width = self.scan.settings.beams;
         let times = &self.beams.ttc[..width];
-        let each = times.iter().enumerate().map(|(beam, ttc)| Best { ttc: *ttc, beam });
-        let closing: Vec<Best> = each.filter(Best::closes).collect();
+        let each = times.iter().enumerate().map(|(beam, ttc)| Hit { ttc: *ttc, index: beam });
+        let closing: Vec<Hit> = each.filter(Hit::closes).collect();
         let closes = |beam: usize| if times[beam] < f64::INFINITY { newest.readings[beam] } else { f64::NAN };
-        vote::elect(self.settings.minimum, closing, width, closes)
+        vote::elect(self.settings.beam_vote, closing, width, closes)
     }
 }

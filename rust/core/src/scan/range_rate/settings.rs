@@ -2,7 +2,7 @@
 
 use super::MOST_SCANS;
 use crate::error::Error;
-use crate::scan::{Minimum, Neighbours};
+use crate::scan::{BeamVote, Neighbours};
 
 /// A window longer than this has nothing to do with a collision, s.
 const LONGEST_WINDOW: f64 = 60.0;
@@ -27,7 +27,7 @@ pub struct RateSettings {
     /// Neighbouring beams farther apart than this see different surfaces, m.
     pub edge: f64,
     /// How a speckle is outvoted, among the beams that close.
-    pub minimum: Minimum,
+    pub beam_vote: BeamVote,
 }
 
 impl Default for RateSettings {
@@ -41,7 +41,7 @@ impl Default for RateSettings {
             gate: 3.0,
             significance: 3.0,
             edge: 0.2,
-            minimum: Minimum::Neighbours(Neighbours { count: 6, window: 4, gap: 0.2 }),
+            beam_vote: BeamVote::Neighbours(Neighbours { count: 6, window: 4, gap: 0.2 }),
         }
     }
 }
@@ -62,7 +62,7 @@ impl RateSettings {
         positive("gate", self.gate)?;
         positive("significance", self.significance)?;
         positive("edge", self.edge)?;
-        self.minimum.checked().map(|_| ())
+        self.beam_vote.checked().map(|_| ())
     }
 }
 
