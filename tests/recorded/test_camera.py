@@ -1,0 +1,107 @@
+"""Recorded keypoints: the lesson's matches, those of three detectors over twenty frames, and published times."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import ttc_fast
+from ttc_fast import (
+    Consensus,
+    LeastSquares,
+    MedianRatio,
+    Status,
+    TrimmedMeanRatio,
+    reference,
+    ttc_from_keypoints,
+    ttc_from_scale,
+)
+from ttc_fast.compat.udacity_camera import compute_ttc_camera, ordered_ratios
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+ROOT = Path(__file__).parents[2]
+ESTIMATORS: list[Any] = [MedianRatio(), TrimmedMeanRatio(0.25), LeastSquares(), Consensus()]
+
+
+def lesson(data: Path, name: str) -> tuple[NDArray[Any], NDArray[Any]]:
+    table = np.loadtxt(data / f"kitti/lesson/matches_0000_0001_{name}.csv", delimiter=",", skiprows=1)
+    return table[:, :2], table[:, 2:4]
+
+
+def test_the_lesson_with_good_matches(data: Path) -> None:
+    previous, current = lesson(data, "AKAZE")
+    seen = ttc_from_keypoints(previous, current, 0.1, estimator=MedianRatio())
+    assert (seen.matches, seen.status) == (95, Status.CLOSING)
+    assert seen.ttc == pytest.approx(12.45, abs=0.01)
+    assert compute_ttc_camera(previous, current, 10.0) == pytest.approx(12.4576, abs=1e-4)
+    for estimator in ESTIMATORS:
+        assert 11.5 < ttc_from_keypoints(previous, current, 0.1, estimator=estimator).ttc < 13.5
+
+
+def test_the_lesson_with_gross_mismatches(data: Path) -> None:
+    """The mean of all ratios gives 0.63 s, where 13 to 15 s are true; nothing that outvotes them is fooled."""
+    previous, current = lesson(data, "SHI-BRISK")
+    mean = ttc_from_keypoints(previous, current, 0.1, estimator=TrimmedMeanRatio(0.0))
+    assert mean.ttc == pytest.approx(0.63, abs=0.005)
+    assert compute_ttc_camera(previous, current, 10.0) == pytest.approx(14.9113, abs=1e-4)
+    assert 0.1 / (ordered_ratios(previous, current).mean() - 1) == pytest.approx(0.642, abs=1e-3)
+    assert ttc_from_keypoints(previous, current, 0.1, estimator=MedianRatio()).ttc == pytest.approx(15.0, abs=0.05)
+    seen = ttc_from_keypoints(previous, current, 0.1)
+    assert 12.0 < seen.ttc < 16.0
+    assert seen.support < seen.matches == 88
+
+
+@pytest.mark.parametrize("name", ["AKAZE", "SHI-BRISK"])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=repr)
+def test_the_lesson_by_the_reference(data: Path, name: str, dtype: Any, estimator: Any) -> None:
+    previous, current = (array.astype(dtype) for array in lesson(data, name))
+    found, specified = (
+        module.ttc_from_keypoints(previous, current, 0.1, estimator=estimator) for module in (ttc_fast, reference)
+    )
+    assert (found.pairs, found.support, found.status) == (specified.pairs, specified.support, specified.status)
+    rel = 0.0 if isinstance(estimator, MedianRatio) else 1e-12
+    assert found.scale == pytest.approx(specified.scale, rel=rel, abs=0.0)
+
+
+@pytest.fixture(scope="module")
+def errors(data: Path) -> dict[str, dict[str, list[float]]]:
+    """What the table in the documentation is made of: relative errors, by estimator and detector."""
+    if not (ROOT / "benches").is_dir():
+        pytest.skip("the benchmarks are not beside the tests")
+    command = [sys.executable, "-m", "benches.camera.accuracy", "--json", "--data", str(data.resolve())]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return {name: found["errors"] for name, found in json.loads(done.stdout).items()}
+
+
+@pytest.mark.parametrize("name", ["Consensus()", *(f"Consensus(seed={seed})" for seed in range(1, 6))])
+def test_the_default_beside_the_plain_median(errors: dict[str, dict[str, list[float]]], name: str) -> None:
+    """With background and mismatches left in: no worse where positions are fine, much better where they are rounded."""
+    limits = {"AKAZE": 1.0, "SIFT": 1.0, "ORB": 0.6}
+    for detector, limit in limits.items():
+        found, plain = errors[name][detector], errors["MedianRatio()"][detector]
+        assert len(found) == len(plain) == 19
+        assert np.median(found) <= limit * np.median(plain), detector
+    assert [round(float(np.median(errors["MedianRatio()"][each])), 3) for each in limits] == [0.090, 0.089, 0.441]
+
+
+def test_published_times(data: Path) -> None:
+    """Of 3,309 published times hundreds are negative or infinite; ours of the same scale is none or the same."""
+    with open(data / "kitti/published/ttc_camera.csv") as table:
+        times = [float(row["ttc_s"]) for row in csv.DictReader(table) if row["ttc_s"] not in ("", "nan")]
+    assert sum(time < 0 for time in times) > 300
+    for time in times:
+        if math.isinf(time) or abs(time) < 1e-9 or 1 + 0.1 / time <= 0:
+            continue
+        ttc = ttc_from_scale(1 + 0.1 / time, 0.1)
+        assert ttc == (pytest.approx(time, rel=1e-6) if time > 0 else math.inf)

@@ -1,0 +1,346 @@
+"""Replays: rows of every kind of log are what the brake decides, and what they come to."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.bags import KINDS, Scan, drive, write
+from ttc_fast import (
+    BrakeController,
+    CloudTracker,
+    Command,
+    DistanceTracker,
+    Estimate,
+    Gate,
+    IttcThreshold,
+    Motion,
+    Reason,
+    ScanSweptPath,
+    ScanTTC,
+    Status,
+    SweptPathThreshold,
+)
+from ttc_fast.configuration import Configuration, ConfigurationError
+from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
+from ttc_fast.replay import Replay, Row, Settings, Summary, sample
+from ttc_fast.replay.series import MOST, Series
+from ttc_fast.replay.summary import is_lone
+
+OUTLINE = (-0.1, 0.4, -0.15, 0.15)
+
+
+def written(folder: Path, distances: list[float], dt: float = 0.1) -> Path:
+    path = folder / "distances.csv"
+    lines = [f"{i * dt},{distance}" for i, distance in enumerate(distances)]
+    path.write_text("\n".join(["stamp,distance", *lines]))
+    return path
+
+
+def test_a_scan_says_what_the_kernel_says_and_what_the_controller_decides() -> None:
+    log = open_log(sample("scans"))
+    assert isinstance(log, ScanLog)
+    scan = ScanTTC(**vars(log.scanner))
+    path, controller = ScanSweptPath(scan), BrakeController(scan=scan)
+    rows = list(Replay(sample("scans")))
+    for row, frame in zip(rows, log, strict=True):
+        assert frame.speed is not None
+        motion = Motion(frame.speed, frame.yaw_rate, 0.0, frame.stamp)
+        decision = controller.update(frame.stamp, ranges=frame.ranges, stamp=frame.stamp, motion=motion)
+        assert (row.command, row.reason) == (decision.command, decision.reason)
+        nearest = path.nearest(frame.ranges, frame.speed, frame.yaw_rate)
+        assert (row.ttc, row.status, row.beam) == (nearest.ttc, nearest.status, nearest.beam)
+        assert row.valid == nearest.counts.valid
+    assert {row.command for row in rows} == set(Command)
+
+
+def test_a_cloud_says_what_the_tracker_says() -> None:
+    log = open_log(sample("clouds"))
+    assert isinstance(log, CloudLog)
+    lidar = log.lidar
+    assert lidar.sensor_height is not None
+    z = (lidar.height[0] - lidar.sensor_height, lidar.height[1] - lidar.sensor_height)
+    tracker = CloudTracker(Gate(x=(lidar.own_reach, math.inf), z=z), front_offset=lidar.front_offset)
+    rows = list(Replay(sample("clouds")))
+    for row, frame in zip(rows, log, strict=True):
+        seen = tracker.update(frame.points, frame.stamp)
+        assert (row.ttc, row.status) == (seen.ttc, seen.status)
+        np.testing.assert_array_equal((row.distance, row.closing_speed), (seen.distance, seen.closing_speed))
+        assert (row.closing_low, row.closing_high) == (
+            seen.closing_speed_interval or (row.closing_low, row.closing_high)
+        )
+    assert [row.command for row in rows][-3:] == [Command.BRAKE] * 3
+
+
+def test_points_on_the_path_are_judged_with_an_outline_and_a_speed() -> None:
+    said = {"speed": 10.0, "outline": (-2.0, 2.0, -0.9, 0.9)}
+    rows = list(Replay(sample("clouds"), Settings(log_options=said)))
+    first = rows[0]
+    assert first.status is Status.CLOSING  # the tracker knows no speed yet
+    assert first.beam >= 0
+    assert first.closing_speed == 10.0
+    assert first.ttc == pytest.approx(first.distance / 10.0)
+    assert first.criterion == "SweptPathThreshold"
+
+
+def test_the_outline_says_where_the_bumper_is(tmp_path: Path) -> None:
+    with np.load(sample("clouds")) as archive:
+        np.savez(tmp_path / "bare.npz", **{name: archive[name] for name in archive if name != "front_offset"})
+    bare, told = ([row.distance for row in Replay(path)] for path in (tmp_path / "bare.npz", sample("clouds")))
+    outlined = Replay(tmp_path / "bare.npz", Settings(log_options={"outline": (-2.2, 2.0, -0.9, 0.9)}))
+    np.testing.assert_allclose([row.distance for row in outlined], told)
+    assert max(bare) < 2.0  # the bonnet
+
+
+def test_a_distance_says_what_the_tracker_says(tmp_path: Path) -> None:
+    distances = [20.0 - 0.8 * i for i in range(24)]
+    rows = list(Replay(written(tmp_path, distances)))
+    tracker, controller = DistanceTracker(), BrakeController()
+    for i, (row, distance) in enumerate(zip(rows, distances, strict=True)):
+        seen, stamp = tracker.update(distance, i * 0.1), row.stamp
+        assert (row.ttc, row.status) == (seen.ttc, seen.status)
+        estimate = Estimate(stamp, seen.ttc, seen.ttc_interval, seen.distance, seen.closing_speed)
+        assert row.command is controller.update(stamp, estimate=estimate).command
+    assert rows[-1].command is Command.BRAKE
+
+
+def test_without_a_speed_the_ranges_tell_what_closes(tmp_path: Path) -> None:
+    scans = [Scan(i / 40, i / 40, np.full(64, 6.0 - 0.05 * i, np.float32)) for i in range(60)]
+    rows = list(Replay(write(tmp_path, "bag", scans)))
+    assert rows[0].reason is Reason.CLEAR or rows[0].status is Status.WARMING_UP
+    assert math.isnan(rows[-1].speed)
+    assert rows[-1].closing_speed == pytest.approx(2.0, rel=0.1)
+    assert rows[-1].status is Status.CLOSING
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_bag_gives_the_same_rows(kind: str, tmp_path: Path) -> None:
+    settings = Settings(log_options={"outline": OUTLINE})
+    for folder in ("one", "other"):
+        (tmp_path / folder).mkdir()
+    rows = list(Replay(write(tmp_path / "one", kind, drive(60)), settings))
+    others = list(Replay(write(tmp_path / "other", "bag", drive(60)), settings))
+    assert len(rows) == 60
+    assert [row[:8] for row in rows] == [row[:8] for row in others]
+
+
+def test_a_blind_scan_is_invalid_and_braked_for(tmp_path: Path) -> None:
+    blind = [Scan(i / 40, i / 40, np.full(19, np.nan, np.float32)) for i in range(40)]
+    seen = Replay(write(tmp_path, "bag", blind), Settings(log_options={"speed": 1.0}))
+    rows = list(seen)
+    assert {row.status for row in rows} == {Status.NO_DATA}
+    assert rows[-1].command is Command.BRAKE
+    assert rows[-1].reason is Reason.BLIND
+    assert seen.summary.invalid == 40
+
+
+def test_a_gap_is_stale_and_braked_for(tmp_path: Path) -> None:
+    path = tmp_path / "d.csv"
+    path.write_text("stamp,distance\n" + "\n".join(f"{t},{20 + t}" for t in (0.0, 0.1, 0.2, 1.2, 1.3)))
+    log = Replay(path)
+    assert [row.command for row in log] == [Command.NONE] * 3 + [Command.BRAKE] * 2
+    assert (log.summary.stale, log.summary.brakes) == (1, 1)
+    assert log.summary.longest_gap == pytest.approx(1.0)
+    assert log.summary.events[0].begin.reason is Reason.STALE
+    patient = Replay(path, Settings(Configuration(brake={"sensor_timeout": 2.0})))
+    assert {row.command for row in patient} == {Command.NONE}
+    assert patient.summary.stale == 0
+
+
+def test_a_clock_that_is_set_back_begins_anew(tmp_path: Path) -> None:
+    items = [
+        Scan(stamp, i / 40, np.full(19, 3.0, np.float32)) for i, stamp in enumerate([5.0, 5.025, 1.0, 1.025, 1.05])
+    ]
+    log = Replay(write(tmp_path, "bag", items), Settings(log_options={"speed": 4.0}))
+    rows = list(log)
+    assert log.summary.resets == 1
+    assert [row.status for row in rows] == [Status.CLOSING] * 5
+    assert rows[2].reason is Reason.VOTING  # its votes are counted from the start
+
+
+def test_options_win_over_the_configuration(tmp_path: Path) -> None:
+    file = tmp_path / "car.toml"
+    file.write_text(
+        '[scan]\noutline = [-0.1, 0.4, -0.15, 0.15]\n[[criteria]]\nkind = "SweptPathThreshold"\nthreshold = 0.9\n'
+    )
+    configured = Configuration.read(file)
+    path = sample("scans")
+    by_file = Replay(path, Settings(configured))
+    rows = list(by_file)
+    assert by_file.threshold == 0.9
+    assert {row.criterion for row in rows} == {"SweptPathThreshold"}
+    by_option = Replay(
+        path, Settings(configured, {"outline": (-0.1, 1.4, -0.15, 0.15)}, criteria=(SweptPathThreshold(2.0),))
+    )
+    longer = list(by_option)
+    assert by_option.threshold == 2.0
+    assert longer[60].distance == pytest.approx(rows[60].distance - 1.0, abs=0.01)
+    plain = Replay(path, Settings(criteria=(IttcThreshold(0.3),)))
+    assert {row.criterion for row in plain} == {"IttcThreshold"}
+
+
+def test_a_configured_gate_is_kept_but_for_what_is_said() -> None:
+    lidar = Replay(sample("clouds")).log
+    assert isinstance(lidar, CloudLog)
+    gate = Gate(x=(3.0, 40.0), z=(-1.5, 0.0), curvature=0.01)
+    assert Settings(Configuration(gate=gate)).gate_of(lidar.lidar) == gate
+    said = Settings(Configuration(gate=gate), gate={"x": (4.0, 9.0)}).gate_of(lidar.lidar)
+    assert said == Gate(x=(4.0, 9.0), z=(-1.5, 0.0), curvature=0.01)
+
+
+def test_a_lidar_of_unknown_height_is_asked_for(data: Path) -> None:
+    with pytest.raises(ConfigurationError, match="--sensor-height"):
+        Replay(data / "clouds" / "nebula_vlp16.pcd")
+
+
+def test_the_frame_of_the_least_ttc_is_kept_where_nothing_brakes() -> None:
+    log = Replay(sample("scans"), Settings(log_options={"speed": 0.5}, criteria=(IttcThreshold(0.01),)))
+    rows = list(log)
+    assert log.moment is not None
+    assert not log.braked
+    kept, frame = log.moment
+    assert kept is log.summary.least
+    assert kept.ttc < 1.0
+    assert (kept.stamp, frame.stamp) == (rows[kept.frame].stamp, rows[kept.frame].stamp)
+
+
+def test_what_a_lidar_stores_where_nothing_came_back_is_no_obstacle() -> None:
+    """Moved by the mount it would lie inside the outline."""
+    said = {"outline": (-1.0, 4.0, -1.0, 1.0), "mount": (1.5, 0.0, 0.1), "speed": 5.0}
+    eyes = Replay(sample("clouds"), Settings(log_options=said, gate={"x": (0.0, 40.0), "z": (-1.0, 1.0)})).eyes
+    points = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 0.0, 0.5]], np.float32)
+    assert eyes.obstacles(points)[:, 2].tolist() == [0.0, 0.5]
+
+
+def test_a_cloud_tells_the_plain_nearest_point_beside_the_tracked_distance() -> None:
+    rows = list(Replay(sample("clouds")))
+    strays = [row.frame for row in rows if row.nearest < row.distance - 0.5]
+    assert strays == [2, 3, 7, 11]
+    assert all((row.valid or 0) > 50 for row in rows)
+
+
+def test_a_scanner_upside_down_sees_left_what_was_right(tmp_path: Path) -> None:
+    ranges = np.full(19, 9.0, np.float32)
+    ranges[:6] = 2.0  # a wall to the right of a scanner that stands upright
+    path = write(tmp_path, "bag", [Scan(0.0, 0.0, ranges)])
+    for upside_down, side in ((None, -1.0), (True, 1.0)):
+        (only,) = Replay(path, Settings(log_options={"speed": 1.0, "upside_down": upside_down}))
+        assert math.copysign(1.0, only.angle) == side
+
+
+def row(frame: int, ttc: float, command: Command = Command.NONE, stamp: float | None = None, **rest: Any) -> Row:
+    at = 0.1 * frame if stamp is None else stamp
+    return Row(frame, at, 1.0, 1.0, ttc, Status.CLOSING, command, Reason.CLEAR, criterion="x", **rest)
+
+
+def test_exposure_is_counted_below_the_threshold() -> None:
+    summary = Summary("log", 1.5, 0.3)
+    for each in (row(0, 2.0), row(1, 1.0), row(2, 0.5), row(3, 2.0), row(4, 1.0), row(20, 3.0)):
+        summary.add(each)
+    assert summary.exposed == pytest.approx(0.1 + 0.1 + 0.3)  # the last for no longer than the brake waits
+    assert summary.integrated == pytest.approx(0.1 * 0.5 + 0.1 * 1.0 + 0.3 * 0.5)
+    assert summary.judged == pytest.approx(0.4 + 0.3)
+    assert summary.least is not None
+    assert (summary.least.frame, summary.frames) == (2, 6)
+
+
+def test_exposure_is_what_minderhoud_and_bovy_say() -> None:
+    summary, dt = Summary("log", 3.0, 0.3), 0.01
+    for frame in range(1001):  # 10 m/s towards what stands 50 m ahead, and on from the stop of time at 0.01 s
+        summary.add(row(frame, 5.0 - frame * dt if frame < 500 else math.inf, stamp=frame * dt))
+    summary.end()
+    assert summary.exposed == pytest.approx(3.0, abs=2 * dt)
+    assert summary.integrated == pytest.approx(3.0**2 / 2, rel=0.01)
+
+
+@pytest.mark.parametrize("status", [Status.NO_DATA, Status.INVALID, Status.WARMING_UP, Status.STALE, Status.LOST])
+def test_rows_that_tell_nothing_are_not_exposed_and_not_least(status: Status) -> None:
+    summary = Summary("log", 1.5, 0.3)
+    for frame in range(5):
+        summary.add(row(frame, 0.5)._replace(status=status if frame in (1, 2) else Status.CLOSING))
+    summary.end()
+    assert summary.exposed == pytest.approx(0.2)
+    assert summary.judged == pytest.approx(0.2)
+    silent = Summary("log", 1.5, 0.3)
+    for frame in range(5):
+        silent.add(row(frame, 0.5)._replace(status=status))
+    silent.end()
+    assert (silent.least, silent.exposed, silent.judged) == (None, 0.0, 0.0)
+
+
+def test_a_stray_reading_counts_as_its_neighbours_do() -> None:
+    summary = Summary("log", 1.5, 0.3)
+    for frame, ttc in enumerate((3.0, 0.1, 2.8, 1.2, 0.05, 1.0, 0.9)):
+        summary.add(row(frame, ttc))
+    summary.end()
+    assert summary.lone == 2
+    assert summary.least is not None
+    assert summary.least_lone is not None
+    assert (summary.least.ttc, summary.least_lone.ttc) == (0.9, 0.05)
+    assert summary.exposed == pytest.approx(0.3)
+    assert summary.integrated == pytest.approx(0.1 * (0.3 + 0.5 + 0.5))
+
+
+def test_what_really_comes_is_no_stray() -> None:
+    hit = [row(0, 0.12), row(1, 0.0)._replace(status=Status.CONTACT), row(2, math.inf)._replace(status=Status.CLEAR)]
+    assert not is_lone(*hit, longest=0.3)
+    apart = [row(0, 9.0, stamp=0.0), row(1, 0.5, stamp=2.0), row(2, 9.0, stamp=4.0)]
+    assert not is_lone(*apart, longest=0.3)
+    assert is_lone(*apart, longest=2.5)
+    unknown = [row(0, math.inf)._replace(status=Status.WARMING_UP), row(1, 0.5), row(2, 9.0)]
+    assert not is_lone(*unknown, longest=0.3)
+
+
+def test_events_are_from_the_first_to_the_last_row_that_brakes() -> None:
+    summary = Summary("log", 1.5, 0.3)
+    commands = (Command.NONE, Command.WARN, Command.BRAKE, Command.BRAKE, Command.NONE, Command.BRAKE)
+    for frame, command in enumerate(commands):
+        summary.add(row(frame, 5.0 - frame, command))
+    assert (summary.brakes, summary.warnings) == (2, 1)
+    told = [(event.begin.frame, event.frames, round(event.end, 1)) for event in summary.events]
+    assert told == [(2, 2, 0.3), (5, 1, 0.5)]
+
+
+def test_a_series_stays_small_and_keeps_what_matters() -> None:
+    series, count = Series(), 10 * MOST + 7
+    for frame in range(count):
+        command = Command.BRAKE if frame == 12345 else Command.NONE
+        series.add(row(frame, 0.25 if frame == 23456 else 9.0, command))
+        assert len(series.rows) <= MOST
+    series.end()
+    assert series.step == 16
+    frames = [each.frame for each in series.rows]
+    assert {12345, 23456} <= set(frames)
+    assert frames == sorted(frames)
+    assert frames[-1] >= count - series.step
+
+
+@pytest.mark.parametrize("tenth", range(10))
+@pytest.mark.parametrize("kind", ["bag", "db3", "mcap"])
+def test_a_bag_cut_short_is_replayed_as_far_as_it_goes(kind: str, tenth: int, tmp_path: Path) -> None:
+    path = write(tmp_path, kind, drive(100, 256))
+    whole = [each[:8] for each in Replay(path)]
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) * tenth // 10])
+    rows: list[Any] = []
+    with pytest.raises(LogError, match=str(path)):  # noqa: PT012 - the rows before it are what matters
+        for each in Replay(path):
+            rows.append(each[:8])
+    assert len(rows) < len(whole)
+    np.testing.assert_array_equal([each[:2] for each in rows], [each[:2] for each in whole[: len(rows)]])
+
+
+def test_flipped_bytes_are_survived(tmp_path: Path) -> None:
+    path = write(tmp_path, "bag", drive(60, 128))
+    content, rng = np.frombuffer(path.read_bytes(), np.uint8), np.random.default_rng(3)
+    for _ in range(60):
+        damaged = content.copy()
+        damaged[rng.integers(0, len(content), 8)] = rng.integers(0, 256, 8)
+        path.write_bytes(damaged.tobytes())
+        try:
+            rows = list(Replay(path))
+        except (LogError, ConfigurationError):
+            continue
+        assert all(0.0 <= each.ttc <= math.inf for each in rows)

@@ -1,0 +1,220 @@
+"""Messages that go over DDS: the bytes are those of rosbags, and what is damaged is an error."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from tests.support import bags
+from tests.support.dds_wire import STORE, UPSTREAM, deserialised, header, make, ros2_name, serialised, store_of
+from ttc_fast.ros.dds.decode import float32, float64
+from ttc_fast.ros.dds.definitions import DEFINITIONS, GID_OF_HUMBLE, HASHES
+from ttc_fast.ros.dds.encode import (
+    encoded_bool,
+    encoded_diagnostics,
+    encoded_discovery,
+    encoded_drive,
+    encoded_marker,
+)
+from ttc_fast.ros.dds.topic_types import dds_name, topic_type, type_hash
+from ttc_fast.ros_messages import MessageError, laser_scan, odometry, point_cloud
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+STAMP = 1_700_000_000_123_456_789
+NAMES = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=9)
+HUMBLE = store_of({**DEFINITIONS, **GID_OF_HUMBLE})
+FLOATS = st.floats(width=32, allow_nan=False)
+
+
+@pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith("ackermann_msgs")])
+@pytest.mark.parametrize("release", UPSTREAM)
+def test_definitions_are_those_of_ros(name: str, release: str) -> None:
+    definitions = HUMBLE if release == "humble" and name.startswith("rmw_dds_common") else STORE
+    theirs = UPSTREAM[release]
+    assert definitions.fielddefs[ros2_name(name)][1] == theirs.fielddefs[ros2_name(name)][1]
+    assert definitions.hash_rihs01(ros2_name(name)) == theirs.hash_rihs01(ros2_name(name))
+
+
+def test_definition_of_ackermann_is_the_one_with_the_known_checksum() -> None:
+    store = get_typestore(Stores.ROS1_NOETIC)
+    for name in ("ackermann_msgs/AckermannDrive", "ackermann_msgs/AckermannDriveStamped"):
+        store.register(get_types_from_msg(DEFINITIONS[name].replace("; ", "\n"), ros2_name(name)))
+    _, checksum = store.generate_msgdef(ros2_name("ackermann_msgs/AckermannDriveStamped"))
+    assert checksum == "1fd5d7f58889cefd44d29f6653240d0c"
+
+
+@pytest.mark.parametrize("name", HASHES)
+def test_hashes_are_those_of_the_definitions(name: str) -> None:
+    assert type_hash(name) == f"typehash={STORE.hash_rihs01(ros2_name(name))};".encode()
+
+
+def test_a_release_without_hashes_is_told_none() -> None:
+    assert type_hash("rmw_dds_common/ParticipantEntitiesInfo", gid_size=24) == b""
+
+
+@pytest.mark.parametrize("name", HASHES)
+def test_types_are_named_as_on_the_wire(name: str) -> None:
+    package, own = name.split("/")
+    assert topic_type(name).__idl__.idl_transformed_typename == f"{package}::msg::dds_::{own}_" == dds_name(name)
+
+
+@pytest.mark.parametrize("value", [True, False])
+def test_bool_is_that_of_rosbags(value: bool) -> None:
+    assert encoded_bool(value) == serialised("std_msgs/Bool", make("std_msgs/Bool", data=value))
+
+
+@given(frame=NAMES, speed=FLOATS, acceleration=FLOATS)
+def test_drive_is_that_of_rosbags(frame: str, speed: float, acceleration: float) -> None:
+    drive = make(
+        "ackermann_msgs/AckermannDrive",
+        steering_angle=0.0,
+        steering_angle_velocity=0.0,
+        speed=speed,
+        acceleration=acceleration,
+        jerk=0.0,
+    )
+    theirs = make("ackermann_msgs/AckermannDriveStamped", header=header(STAMP, frame), drive=drive)
+    ours = encoded_drive(STAMP, frame, speed=speed, acceleration=acceleration)
+    assert ours == serialised("ackermann_msgs/AckermannDriveStamped", theirs)
+
+
+@given(
+    level=st.integers(0, 3), texts=st.tuples(NAMES, NAMES, NAMES), values=st.lists(st.tuples(NAMES, NAMES), max_size=4)
+)
+def test_diagnostics_are_those_of_rosbags(
+    level: int, texts: tuple[str, str, str], values: list[tuple[str, str]]
+) -> None:
+    name, message, hardware = texts
+    pairs = [make("diagnostic_msgs/KeyValue", key=key, value=value) for key, value in values]
+    status = make(
+        "diagnostic_msgs/DiagnosticStatus", level=level, name=name, message=message, hardware_id=hardware, values=pairs
+    )
+    theirs = make("diagnostic_msgs/DiagnosticArray", header=header(STAMP, ""), status=[status])
+    ours = encoded_diagnostics(STAMP, level=level, name=name, message=message, hardware_id=hardware, values=values)
+    assert ours == serialised("diagnostic_msgs/DiagnosticArray", theirs)
+
+
+@given(frame=NAMES, text=NAMES, x=FLOATS, y=FLOATS)
+def test_marker_is_that_of_rosbags(frame: str, text: str, x: float, y: float) -> None:
+    def vector(kind: str, x: float, y: float, z: float) -> Any:
+        return make(f"geometry_msgs/{kind}", x=x, y=y, z=z)
+
+    pose = make(
+        "geometry_msgs/Pose",
+        position=vector("Point", x, y, 0.25),
+        orientation=make("geometry_msgs/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0),
+    )
+    nothing = np.zeros(0, np.uint8)
+    theirs = make(
+        "visualization_msgs/Marker",
+        header=header(STAMP, frame),
+        ns="ttc_fast",
+        id=0,
+        type=2,
+        action=0,
+        pose=pose,
+        scale=vector("Vector3", 0.5, 0.5, 0.5),
+        color=make("std_msgs/ColorRGBA", r=1.0, g=0.5, b=0.0, a=1.0),
+        lifetime=make("builtin_interfaces/Duration", sec=1, nanosec=250_000_000),
+        frame_locked=False,
+        points=[],
+        colors=[],
+        texture_resource="",
+        texture=make("sensor_msgs/CompressedImage", header=header(0, ""), format="", data=nothing),
+        uv_coordinates=[],
+        text=text,
+        mesh_resource="",
+        mesh_file=make("visualization_msgs/MeshFile", filename="", data=nothing),
+        mesh_use_embedded_materials=False,
+    )
+    color = (1.0, 0.5, 0.0)
+    ours = encoded_marker(STAMP, frame, (x, y, 0.25), color=color, diameter=0.5, lifetime=1.25, text=text)
+    assert ours == serialised("visualization_msgs/Marker", theirs)
+
+
+@pytest.mark.parametrize("size", [16, 24])
+@given(counts=st.tuples(st.integers(0, 3), st.integers(0, 3)), name=NAMES)
+def test_discovery_is_that_of_rosbags(size: int, counts: tuple[int, int], name: str) -> None:
+    gids = [bytes(range(n, n + 16)).ljust(size, b"\0") for n in range(7)]
+    readers, writers = gids[1 : 1 + counts[0]], gids[4 : 4 + counts[1]]
+    store = STORE if size == 16 else HUMBLE
+    info, node, gid = (
+        store.types[f"rmw_dds_common/msg/{kind}"] for kind in ("ParticipantEntitiesInfo", "NodeEntitiesInfo", "Gid")
+    )
+
+    def theirs(raw: bytes) -> Any:
+        return gid(data=np.frombuffer(raw, np.uint8))
+
+    entities = node("/car", name, [theirs(each) for each in readers], [theirs(each) for each in writers])
+    expected = store.serialize_cdr(info(theirs(gids[0]), [entities]), "rmw_dds_common/msg/ParticipantEntitiesInfo")
+    assert encoded_discovery(gids[0], "/car", name, readers=readers, writers=writers) == bytes(expected)
+
+
+@pytest.mark.parametrize("text", ["a\0b", "\ud800"])
+def test_text_that_cdr_cannot_carry_is_cut_or_replaced(text: str) -> None:
+    cdr = encoded_diagnostics(STAMP, level=0, name=text, message="", hardware_id="", values=[])
+    (status,) = deserialised("diagnostic_msgs/DiagnosticArray", cdr).status
+    assert status.name in ("a", "?")
+
+
+@pytest.mark.parametrize("little", [True, False])
+def test_numbers_are_read(little: bool) -> None:
+    assert float32(serialised("std_msgs/Float32", make("std_msgs/Float32", data=-2.5), little=little)) == -2.5
+    assert float64(serialised("std_msgs/Float64", make("std_msgs/Float64", data=-2.1), little=little)) == -2.1
+
+
+def in_order(item: bags.Recorded) -> bytes:
+    return bags.serialised(item, "little")
+
+
+RECEIVED: dict[str, tuple[Callable[[bytes], Any], bytes, int]] = {
+    # What is not looked at is behind: the count of intensities, is_dense, the covariance of the twist.
+    "sensor_msgs/LaserScan": (laser_scan, in_order(bags.Scan(1.5, 2.0)), 4),
+    "nav_msgs/Odometry": (odometry, in_order(bags.Odom(1.5, 2.0, speed=2.0)), 36 * 8),
+    "sensor_msgs/PointCloud2": (point_cloud, in_order(bags.Cloud(1.5, 2.0, bags.POINTS)), 1),
+    "std_msgs/Float32": (float32, serialised("std_msgs/Float32", make("std_msgs/Float32", data=1.5)), 0),
+    "std_msgs/Float64": (float64, serialised("std_msgs/Float64", make("std_msgs/Float64", data=1.5)), 0),
+}
+
+
+@pytest.mark.parametrize("name", RECEIVED)
+def test_messages_cut_anywhere_are_refused(name: str) -> None:
+    decode, cdr, unread = RECEIVED[name]
+    for size in range(len(cdr) - unread):
+        with pytest.raises(MessageError):
+            decode(cdr[:size])
+    decode(cdr[: len(cdr) - unread])
+
+
+@pytest.mark.parametrize("name", RECEIVED)
+def test_damaged_bytes_are_read_or_refused(name: str) -> None:
+    decode, cdr, _ = RECEIVED[name]
+    rng = np.random.default_rng(20)
+    refused = 0
+    for _ in range(2000):
+        damaged = bytearray(cdr)
+        for at in rng.integers(0, min(len(cdr), 96), rng.integers(1, 4)):
+            damaged[at] ^= 1 << rng.integers(0, 8)
+        try:
+            decode(bytes(damaged))
+        except MessageError:
+            refused += 1
+    assert 0 < refused < 2000
+
+
+def test_every_length_that_a_count_can_have_is_checked() -> None:
+    cdr = bytearray(in_order(bags.Scan(1.5, 2.0)))
+    at = len(cdr) - 4 - 19 * 4 - 4  # of the count of ranges
+    assert struct.unpack_from("<I", cdr, at) == (19,)
+    for count in (21, 2**16, 2**30, 2**31, 2**32 - 1):
+        cdr[at : at + 4] = struct.pack("<I", count)
+        with pytest.raises(MessageError, match="cut short"):
+            laser_scan(bytes(cdr))

@@ -1,0 +1,127 @@
+"""Parameters of the node: what is refused says which and why, and files of every kind say the same."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ttc_fast.cli import main
+from ttc_fast.ros.core import BrakeNode
+from ttc_fast.ros.files import read_parameters
+from ttc_fast.ros.parameters import parameters
+from ttc_fast.ros.settings import NodeSettings, SettingError
+
+OUTLINE = [-0.1, 0.4, -0.15, 0.15]
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"ttc_treshold": 1.0}, "there is no parameter 'ttc_treshold': did you mean ttc_threshold?"),
+        ({"ttc_threshold": 0.0}, "ttc_threshold must be finite and above 0"),
+        ({"ttc_threshold": "1.0"}, "ttc_threshold must be a number, got '1.0'"),
+        ({"ttc_threshold": True}, "ttc_threshold must be a number"),
+        ({"min_range": 3.0, "max_range": 1.0}, "limits"),
+        ({"limits_policy": "cut"}, "limits_policy"),
+        ({"criterion": "iTTC"}, "criterion must be 'ittc', 'swept' or ''"),
+        ({"criterion": "swept"}, "needs an outline"),
+        ({"outline": [1.0]}, "outline must be 4 numbers"),
+        ({"outline": [0.4, -0.1, -0.15, 0.15]}, "outline"),
+        ({"outline": "car"}, "outline must be a list of numbers"),
+        ({"mount": [0.1, 0.0]}, "mount must be 3 numbers"),
+        ({"odom_topics": "/odom"}, "odom_topics must be a list of names of topics"),
+        ({"scan_topic": 1}, "scan_topic must be a text"),
+        ({"scan_topic": ""}, "scan_topic or points_topic must be set"),
+        ({"points_topic": "/points"}, "points_topic needs an outline"),
+        ({"points_topic": "/points", "outline": OUTLINE, "criterion": "ittc"}, "criterion 'ittc' judges beams"),
+        ({"drive_always": 1}, "drive_always must be true or false"),
+        ({"brake_speed": -1.0}, "brake_speed must be finite and at least 0"),
+        ({"watchdog_period": 0.0}, "watchdog_period must be finite and above 0 s"),
+        ({"trigger": [3, 2]}, "trigger must be two integers (N, M)"),
+        ({"when_blind": "none"}, "when_blind must be"),
+        ({"hold": -1.0}, "hold must be finite and at least 0"),
+        ({"deceleration": 0.0}, "deceleration must be finite and above 0"),
+    ],
+)
+def test_what_is_refused(given: dict[str, Any], says: str) -> None:
+    with pytest.raises(SettingError) as caught:
+        NodeSettings.of(given)
+    assert says in str(caught.value)
+
+
+def test_integers_are_numbers() -> None:
+    assert NodeSettings.of({"ttc_threshold": 1, "max_range": 10, "outline": [-1, 4, -1, 1]}).ttc_threshold == 1
+
+
+def test_every_parameter_has_a_default_that_is_accepted() -> None:
+    NodeSettings.of({each.name: each.default for each in parameters()})
+
+
+@pytest.mark.parametrize("name", [each.name for each in parameters()])
+def test_ranges_hold_their_defaults(name: str) -> None:
+    [each] = [each for each in parameters() if each.name == name]
+    assert each.limits is None or each.limits[0] <= each.default <= each.limits[1]
+
+
+TOML = 'ttc_threshold = 0.8\noutline = [-0.1, 0.4, -0.15, 0.15]\nwhen_blind = "warn"\n'
+FLAT = "ttc_threshold: 0.8\noutline: [-0.1, 0.4, -0.15, 0.15]\nwhen_blind: warn\n"
+ROS_2 = "/**:\n  ros__parameters:\n" + "".join(f"    {line}\n" for line in FLAT.splitlines())
+
+
+@pytest.mark.parametrize(("name", "text"), [("a.toml", TOML), ("a.yaml", FLAT), ("a.yml", ROS_2)])
+def test_files(tmp_path: Path, name: str, text: str) -> None:
+    if not name.endswith("toml"):
+        pytest.importorskip("yaml", reason="needs PyYAML")
+    (tmp_path / name).write_text(text)
+    expected = {"ttc_threshold": 0.8, "outline": OUTLINE, "when_blind": "warn"}
+    assert read_parameters(tmp_path / name) == expected
+    BrakeNode(NodeSettings.of(expected))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("a.toml", "x =", "is not TOML"),
+        ("a.yaml", "x: [", "is not YAML"),
+        ("a.yaml", "- 1", "must be a table of parameters"),
+        ("a.txt", "", "must end in .toml, .yaml or .yml"),
+        ("none.toml", None, "cannot be read: No such file"),
+        ("a.toml", "ttc_treshold = 1.0", "did you mean ttc_threshold?"),
+        ("a.toml", "[dds]\ndomain = 1000", "dds: "),
+    ],
+)
+def test_files_that_cannot_be_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, text: str | None, says: str
+) -> None:
+    if name.endswith("yaml"):
+        pytest.importorskip("yaml", reason="needs PyYAML")
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    assert main(["node", "--ros1", "--config", str(tmp_path / name)]) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count(name) == 1
+
+
+def test_an_adapter_without_its_library(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "ttc_fast.ros.rclpy_node", raising=False)  # made with a stand-in by other tests
+    assert main(["node", "--rclpy"]) == 4
+    assert "--rclpy needs rclpy, which is not installed: rclpy comes with ROS 2: source" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["brake.yaml", "brake_ros1.yaml"])
+def test_the_files_of_the_ros_package(name: str) -> None:
+    pytest.importorskip("yaml", reason="needs PyYAML")
+    given = read_parameters(Path(__file__).parents[2] / "ros" / "config" / name)
+    assert {"min_range", "max_range", "ttc_threshold", "speed_topic"} <= set(given)
+    NodeSettings.of(given)
+
+
+def test_nothing_that_exists_when_a_node_begins_is_walked_again() -> None:
+    code = "import gc; from ttc_fast.ros import pauses; pauses.freeze(); print(len(gc.get_objects()))"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert int(said) < 100

@@ -1,0 +1,80 @@
+"""What holds of every refusal, and values that no argument expects."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from ttc_fast import ScanTTC
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+def message(error: BaseException) -> str:
+    """All that a traceback shows of an exception: on conversion of an argument pyo3 names it in a note."""
+    return "\n".join([str(error), *getattr(error, "__notes__", [])])
+
+
+def refused(kind: type[Exception], argument: str, call: Callable[..., Any], *args: Any, **kwargs: Any) -> str:
+    """The message of exactly this kind of exception, which has to name the argument."""
+    with pytest.raises(kind) as caught:
+        call(*args, **kwargs)
+    assert caught.type is kind
+    assert argument in message(caught.value)
+    return message(caught.value)
+
+
+class OwnError(Exception):
+    """What a caller's object raises by itself; it may pass through."""
+
+
+class Contrary:
+    """An object whose every conversion fails with an error of its own."""
+
+    def fail(self, *args: Any, **kwargs: Any) -> Any:
+        raise OwnError
+
+    __float__ = __index__ = __len__ = __iter__ = __array__ = __bool__ = __eq__ = fail
+    __hash__ = None  # type: ignore[assignment]
+
+
+class FalseRank:
+    """Says that it has a rank, and has none."""
+
+    ndim = "two"
+    shape = None
+
+
+ODD: dict[str, Any] = {
+    "None": None,
+    "True": True,
+    "2**70": 2**70,
+    "-2**70": -(2**70),
+    "10**400": 10**400,
+    "nan": math.nan,
+    "-inf": -math.inf,
+    "1e308": 1e308,
+    "5e-324": 5e-324,
+    "1j": 1j,
+    "empty text": "",
+    "text": "1",
+    "surrogate": "\ud800",
+    "bytes": b"1",
+    "list": [],
+    "dict": {},
+    "nested": [[1.0], [2.0, 3.0]],
+    "self": ScanTTC(-0.1, 0.1, 3),
+    "0-d": np.array(1.0),
+    "0-d object": np.array(None),
+    "empty array": np.empty(0),
+    "objects": np.array([None, "x", 1.0]),
+    "NaT": np.datetime64("NaT"),
+    "Contrary": Contrary(),
+    "FalseRank": FalseRank(),
+    "function": len,
+    "type": int,
+}

@@ -1,0 +1,252 @@
+"""The node by one interface, whatever is around its core: nothing, rospy, or rclpy."""
+
+from __future__ import annotations
+
+import io
+import sys
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from tests.support.rclpy_stand_in import install
+from ttc_fast.ros.core import BrakeNode
+from ttc_fast.ros.settings import NodeSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+LEFTMOST = np.pi / 2
+BEAMS = 181
+GEOMETRY = {
+    "angle_min": -LEFTMOST,
+    "angle_increment": 2 * LEFTMOST / (BEAMS - 1),
+    "time_increment": 0.0,
+    "range_min": 0.05,
+    "range_max": 30.0,
+}
+
+
+class Seen(NamedTuple):
+    """What the node published last."""
+
+    brake: bool | None
+    speed: float | None
+    acceleration: float | None
+
+
+class Status(NamedTuple):
+    """What the diagnostics said last."""
+
+    level: int
+    message: str
+    values: dict[str, str]
+
+
+class CoreHarness:
+    """The core by itself."""
+
+    def __init__(self, **parameters: Any) -> None:
+        self.now = 100.0
+        self.node = BrakeNode(NodeSettings.of(parameters))
+
+    def scan(self, ranges: Any, *, stamp: float | None = None, **geometry: Any) -> Seen:
+        scan = SimpleNamespace(**{**GEOMETRY, **geometry}, ranges=np.asarray(ranges, np.float32))
+        return self._seen(self.node.on_scan(self.now, self.now if stamp is None else stamp, scan))
+
+    def points(self, points: Any) -> Seen:
+        return self._seen(self.node.on_points(self.now, self.now, np.asarray(points, np.float32)))
+
+    def odometry(
+        self, speed: float, yaw_rate: float = 0.0, *, stamp: float | None = None, topic: str = "/odom"
+    ) -> None:
+        self.node.on_odometry(self.now, self.now if stamp is None else stamp, speed, yaw_rate)
+
+    def speed(self, speed: float, kind: str, topic: str) -> None:
+        if kind == "Odometry":
+            self.odometry(speed)
+        else:
+            self.node.on_speed(self.now, speed)
+
+    def wait(self, seconds: float) -> Seen:
+        self.now += seconds
+        return self._seen(self.node.tick(self.now))
+
+    def diagnostics(self) -> Status:
+        said = self.node.diagnostics(self.now)
+        return Status(said.level, said.message, dict(said.values))
+
+    def cause(self) -> tuple[float, float] | None:
+        cause = self.node.cause()
+        return None if cause is None else (cause.x, cause.y)
+
+    @staticmethod
+    def _seen(outputs: Any) -> Seen:
+        return Seen(outputs.brake, *(outputs.drive or (None, None)))
+
+
+class MessageHarness:
+    """What rospy and rclpy have in common: messages in, messages out."""
+
+    node: Any
+
+    def __init__(self) -> None:
+        self.now = 100.0
+        self.published: dict[str, list[Any]] = {}
+
+    def message(self, package: str, name: str) -> Any:
+        """A new message."""
+        return getattr(__import__(f"{package}.msg", fromlist=[name]), name)()
+
+    def deliver(self, topic: str, message: Any) -> None:
+        raise NotImplementedError
+
+    def stamp(self, seconds: float) -> Any:
+        raise NotImplementedError
+
+    def scan(self, ranges: Any, *, stamp: float | None = None, **geometry: Any) -> Seen:
+        message = self.message("sensor_msgs", "LaserScan")
+        for name, value in {**GEOMETRY, **geometry}.items():
+            setattr(message, name, float(value))
+        message.ranges = [float(each) for each in np.asarray(ranges, np.float32)]
+        return self.sent("/scan", message, stamp)
+
+    def points(self, points: Any) -> Seen:
+        message = self.message("sensor_msgs", "PointCloud2")
+        rows = np.ascontiguousarray(points, np.float32)
+        message.height, message.width, message.point_step, message.row_step = 1, len(rows), 12, 12 * len(rows)
+        for offset, name in enumerate("xyz"):
+            field = self.message("sensor_msgs", "PointField")
+            field.name, field.offset, field.datatype, field.count = name, 4 * offset, 7, 1
+            message.fields.append(field)
+        message.data = rows.tobytes()
+        return self.sent("/points", message)
+
+    def odometry(
+        self, speed: float, yaw_rate: float = 0.0, *, stamp: float | None = None, topic: str = "/odom"
+    ) -> None:
+        message = self.message("nav_msgs", "Odometry")
+        message.twist.twist.linear.x, message.twist.twist.angular.z = float(speed), float(yaw_rate)
+        self.sent(topic, message, stamp)
+
+    def speed(self, speed: float, kind: str, topic: str) -> None:
+        if kind == "Odometry":
+            self.odometry(speed, topic=topic)
+        else:
+            message = self.message("std_msgs", kind)
+            message.data = float(speed)
+            self.deliver(topic, message)
+
+    def sent(self, topic: str, message: Any, stamp: float | None = None) -> Seen:
+        message.header.stamp = self.stamp(self.now if stamp is None else stamp)
+        return self.seen(lambda: self.deliver(topic, message))
+
+    def wait(self, seconds: float) -> Seen:
+        self.now += seconds
+        return self.seen(self.node.tick)
+
+    def seen(self, act: Callable[[], object]) -> Seen:
+        self.published.clear()
+        act()
+        brakes, drives = self.published.get("/brake_bool", []), self.published.get("/drive", [])
+        brake = brakes[-1].data if brakes else None
+        return Seen(brake, *((drives[-1].drive.speed, drives[-1].drive.acceleration) if drives else (None, None)))
+
+    def diagnostics(self) -> Status:
+        self.node.diagnose()
+        status = self.published["/diagnostics"][-1].status[0]
+        level = status.level[0] if isinstance(status.level, bytes) else status.level
+        return Status(level, status.message, {each.key: each.value for each in status.values})
+
+    def cause(self) -> tuple[float, float] | None:
+        markers = self.published.get("/ttc_fast/cause")
+        return (markers[-1].pose.position.x, markers[-1].pose.position.y) if markers else None
+
+
+class RospyHarness(MessageHarness):
+    """The adapter of rospy with its real messages, written and read again; only the connections are not there."""
+
+    def __init__(self, patch: pytest.MonkeyPatch, **parameters: Any) -> None:
+        rospy = pytest.importorskip("rospy", reason="needs rospy: make ros1 installs it on Debian and Ubuntu")
+        from ttc_fast.ros.rospy_node import RospyNode
+
+        super().__init__()
+        harness = self
+        self.subscriptions: dict[str, tuple[Any, Any]] = {}
+
+        class Publisher:
+            def __init__(self, topic: str, kind: Any, **_: Any) -> None:
+                self.topic, self.kind = topic, kind
+
+            def publish(self, value: Any) -> None:
+                message = value if isinstance(value, self.kind) else self.kind(value)
+                harness.published.setdefault(self.topic, []).append(self.kind().deserialize(written(message)))
+
+            def get_num_connections(self) -> int:
+                return 1
+
+        def subscriber(topic: str, kind: Any, call: Any, **_: Any) -> None:
+            harness.subscriptions[topic] = kind, call
+
+        patch.setattr(rospy, "Publisher", Publisher)
+        patch.setattr(rospy, "Subscriber", subscriber)
+        patch.setattr(rospy, "get_time", lambda: harness.now)
+        patch.setattr(rospy, "get_rostime", lambda: rospy.Time.from_sec(harness.now))
+        self.rospy = rospy
+        self.node = RospyNode(NodeSettings.of(parameters))
+
+    def stamp(self, seconds: float) -> Any:
+        return self.rospy.Time.from_sec(seconds)
+
+    def deliver(self, topic: str, message: Any) -> None:
+        self.deliver_bytes(topic, written(message), message._type)
+
+    def deliver_bytes(self, topic: str, data: bytes, kind: str) -> None:
+        expected, call = self.subscriptions[topic]
+        message = expected()
+        message._connection_header = {"type": kind}
+        call(message.deserialize(data))
+
+
+def written(message: Any) -> bytes:
+    """Return a message of ROS 1 as it is on the wire."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+class RclpyHarness(MessageHarness):
+    """The adapter of rclpy, around the stand-in."""
+
+    def __init__(self, patch: pytest.MonkeyPatch, **parameters: Any) -> None:
+        super().__init__()
+        self.graph = install(patch)
+        self.graph.published = self.published
+        patch.delitem(sys.modules, "ttc_fast.ros.rclpy_node", raising=False)
+        from ttc_fast.ros.rclpy_node import RclpyNode
+
+        self.node = RclpyNode(parameters)
+
+    @property
+    def now(self) -> float:
+        return self._now
+
+    @now.setter
+    def now(self, seconds: float) -> None:
+        self._now = seconds
+        if hasattr(self, "graph"):
+            self.graph.now = seconds
+
+    def stamp(self, seconds: float) -> Any:
+        stamp = self.message("builtin_interfaces", "Time")
+        stamp.sec, stamp.nanosec = divmod(round(seconds * 1e9), 10**9)
+        return stamp
+
+    def deliver(self, topic: str, message: Any) -> None:
+        self.graph.deliver(topic, message)
+
+    def speed(self, speed: float, kind: str, topic: str) -> None:
+        self.graph.types[topic] = [f"{'nav' if kind == 'Odometry' else 'std'}_msgs/msg/{kind}"]
+        self.node.diagnose()  # looks whether the topic is there now
+        super().speed(speed, kind, topic)
