@@ -2,8 +2,9 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use ttc_fast_core::cloud::{Estimator, Gate, Intensity, MinX, Points, robust_min_x};
+use ttc_fast_core::cloud::{Estimator, Gate, MinX, robust_min_x};
 use ttc_fast_core::column::{Column, Table};
+use ttc_fast_core::points::{Intensity, Points};
 use ttc_fast_core::simd::Level;
 
 type Row = [f32; 4];

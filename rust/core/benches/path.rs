@@ -2,9 +2,9 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use ttc_fast_core::cloud::Points;
 use ttc_fast_core::column::{Column, ColumnMut, Table};
 use ttc_fast_core::path::SweptPath;
+use ttc_fast_core::points::Points;
 use ttc_fast_core::scan::{Motion, Outline};
 use ttc_fast_core::simd::Level;
 

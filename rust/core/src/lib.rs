@@ -10,6 +10,7 @@ pub mod ittc;
 pub mod lanes;
 pub mod motion;
 pub mod path;
+pub mod points;
 pub mod real;
 pub mod scan;
 pub mod simd;

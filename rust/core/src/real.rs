@@ -1,7 +1,7 @@
 //! The two number types that sensors deliver.
 
 use crate::lanes::Lanes;
-use crate::simd::{Instructions, Sieve};
+use crate::simd::{Instructions, Prefilter};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// `f32` or `f64`: what a kernel needs to know of its element type.
@@ -52,8 +52,8 @@ pub trait Real:
     fn to_f64(self) -> f64;
     /// For each lane a bit, whether `low <= x <= high`.
     fn within<I: Instructions>(simd: I, x: &Lanes<Self>, low: &Lanes<Self>, high: &Lanes<Self>) -> u16;
-    /// Whether any of 16 points passes the sieve: no is certain.
-    fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], sieve: &Sieve<Self>) -> bool;
+    /// Whether any of 16 points passes the prefilter: no is certain.
+    fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], prefilter: &Prefilter<Self>) -> bool;
     /// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
     fn keep_least<I: Instructions>(simd: I, least: &mut Lanes<Self>, x: &Lanes<Self>);
     /// The lanes whose bit is set, in order; then anything.
@@ -118,8 +118,8 @@ macro_rules! real {
             }
 
             #[inline(always)]
-            fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], sieve: &Sieve<Self>) -> bool {
-                simd.$may_pass(points, sieve)
+            fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], prefilter: &Prefilter<Self>) -> bool {
+                simd.$may_pass(points, prefilter)
             }
 
             #[inline(always)]

@@ -56,15 +56,15 @@ pub trait Instructions: Copy {
         within(x, low, high)
     }
 
-    /// Whether any of 16 points passes the sieve: no is certain, and yes where there is no quick way to tell.
+    /// Whether any of 16 points passes the prefilter: no is certain, and yes where there is no quick way to tell.
     #[inline(always)]
-    fn may_pass_f32(self, _points: &[Lanes<f32>; 4], _sieve: &Sieve<f32>) -> bool {
+    fn may_pass_f32(self, _points: &[Lanes<f32>; 4], _prefilter: &Prefilter<f32>) -> bool {
         true
     }
 
-    /// Whether any of 16 points passes the sieve: no is certain, and yes where there is no quick way to tell.
+    /// Whether any of 16 points passes the prefilter: no is certain, and yes where there is no quick way to tell.
     #[inline(always)]
-    fn may_pass_f64(self, _points: &[Lanes<f64>; 4], _sieve: &Sieve<f64>) -> bool {
+    fn may_pass_f64(self, _points: &[Lanes<f64>; 4], _prefilter: &Prefilter<f64>) -> bool {
         true
     }
 
@@ -123,7 +123,7 @@ fn keep_least<T: Copy + PartialOrd>(least: &mut Lanes<T>, x: &Lanes<T>) {
 /// A number passes if the bits of `x + shift` are at most the bits of `width`. Whatever is within the bounds passes, for
 /// rounding keeps the order; what lies outside by less than a rounding may pass too.
 #[derive(Clone, Copy, Debug)]
-pub struct Sieve<T> {
+pub struct Prefilter<T> {
     /// The lower bounds, negated: what is below them becomes negative, and the bits of that are large.
     pub shift: Lanes<T>,
     /// The upper bounds, shifted; all bits set where anything passes.
@@ -179,8 +179,8 @@ impl Instructions for Baseline {
     }
 
     #[inline(always)]
-    fn may_pass_f32(self, points: &[Lanes<f32>; 4], sieve: &Sieve<f32>) -> bool {
-        x86::may_pass_sse2_f32(points, sieve)
+    fn may_pass_f32(self, points: &[Lanes<f32>; 4], prefilter: &Prefilter<f32>) -> bool {
+        x86::may_pass_sse2_f32(points, prefilter)
     }
 
     #[inline(always)]
@@ -296,7 +296,7 @@ fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{Instructions, LANES, Lanes, Sieve, whole_points};
+    use super::{Instructions, LANES, Lanes, Prefilter, whole_points};
     use std::arch::x86_64::{
         __m256i, _CMP_GE_OQ, _CMP_LE_OQ, _mm_add_ps, _mm_and_pd, _mm_and_ps, _mm_castps_si128, _mm_cmpeq_epi32,
         _mm_cmpge_pd, _mm_cmpge_ps, _mm_cmpgt_epi32, _mm_cmple_pd, _mm_cmple_ps, _mm_loadu_pd, _mm_loadu_ps,
@@ -343,12 +343,12 @@ mod x86 {
     }
 
     #[inline(always)]
-    pub fn may_pass_sse2_f32(points: &[Lanes<f32>; 4], sieve: &Sieve<f32>) -> bool {
+    pub fn may_pass_sse2_f32(points: &[Lanes<f32>; 4], prefilter: &Prefilter<f32>) -> bool {
         // SAFETY: every x86-64 processor has SSE2; each array holds 4 numbers from 0, 4, 8 and 12.
         unsafe {
             let sign = _mm_set1_epi32(i32::MIN); // SSE2 compares signed numbers only
-            let shift = _mm_loadu_ps(sieve.shift.as_ptr());
-            let width = _mm_xor_si128(_mm_loadu_si128(sieve.width.as_ptr().cast()), sign);
+            let shift = _mm_loadu_ps(prefilter.shift.as_ptr());
+            let width = _mm_xor_si128(_mm_loadu_si128(prefilter.width.as_ptr().cast()), sign);
             let mut any = _mm_setzero_si128();
             for four in points {
                 let mut out = [_mm_setzero_si128(); 4];
@@ -433,60 +433,60 @@ mod x86 {
         }
     }
 
-    /// For each of 8 numbers all bits if it passes the sieve, or none.
+    /// For each of 8 numbers all bits if it passes the prefilter, or none.
     ///
     /// # Safety
     /// The processor must have AVX2, and each array hold 8 numbers from `at`.
     #[inline(always)]
-    unsafe fn passing_8(at: usize, x: &Lanes<f32>, sieve: &Sieve<f32>) -> __m256i {
+    unsafe fn passing_8(at: usize, x: &Lanes<f32>, prefilter: &Prefilter<f32>) -> __m256i {
         // SAFETY: as the caller promises.
         unsafe {
-            let shift = _mm256_loadu_ps(sieve.shift.as_ptr().add(at));
-            let width = _mm256_loadu_si256(sieve.width.as_ptr().add(at).cast());
+            let shift = _mm256_loadu_ps(prefilter.shift.as_ptr().add(at));
+            let width = _mm256_loadu_si256(prefilter.width.as_ptr().add(at).cast());
             let shifted = _mm256_castps_si256(_mm256_add_ps(_mm256_loadu_ps(x.as_ptr().add(at)), shift));
             _mm256_cmpeq_epi32(_mm256_min_epu32(shifted, width), shifted)
         }
     }
 
-    /// For each of 8 points all bits if its four numbers pass the sieve, or not all; the points in no order.
+    /// For each of 8 points all bits if its four numbers pass the prefilter, or not all; the points in no order.
     ///
     /// # Safety
     /// The processor must have AVX2.
     #[inline(always)]
-    unsafe fn passing_points(a: &Lanes<f32>, b: &Lanes<f32>, sieve: &Sieve<f32>) -> __m256i {
+    unsafe fn passing_points(a: &Lanes<f32>, b: &Lanes<f32>, prefilter: &Prefilter<f32>) -> __m256i {
         // SAFETY: as the caller promises; 16 numbers are 8 from 0 and from 8.
         unsafe {
             // Saturation keeps all bits all bits: a byte for each number, which makes each point one of four bytes.
-            let first = _mm256_packs_epi32(passing_8(0, a, sieve), passing_8(8, a, sieve));
-            let second = _mm256_packs_epi32(passing_8(0, b, sieve), passing_8(8, b, sieve));
+            let first = _mm256_packs_epi32(passing_8(0, a, prefilter), passing_8(8, a, prefilter));
+            let second = _mm256_packs_epi32(passing_8(0, b, prefilter), passing_8(8, b, prefilter));
             _mm256_cmpeq_epi32(_mm256_packs_epi16(first, second), _mm256_set1_epi32(-1))
         }
     }
 
-    /// For each of 16 numbers a bit, whether it passes the sieve.
+    /// For each of 16 numbers a bit, whether it passes the prefilter.
     ///
     /// # Safety
     /// The processor must have AVX-512 F.
     #[inline(always)]
-    unsafe fn passing_16(x: &Lanes<f32>, sieve: &Sieve<f32>) -> u64 {
+    unsafe fn passing_16(x: &Lanes<f32>, prefilter: &Prefilter<f32>) -> u64 {
         // SAFETY: as the caller promises; each array is one register long.
         unsafe {
-            let shifted = _mm512_add_ps(_mm512_loadu_ps(x.as_ptr()), _mm512_loadu_ps(sieve.shift.as_ptr()));
-            let width = _mm512_loadu_si512(sieve.width.as_ptr().cast());
+            let shifted = _mm512_add_ps(_mm512_loadu_ps(x.as_ptr()), _mm512_loadu_ps(prefilter.shift.as_ptr()));
+            let width = _mm512_loadu_si512(prefilter.width.as_ptr().cast());
             _mm512_cmple_epu32_mask(_mm512_castps_si512(shifted), width).into()
         }
     }
 
-    /// For each of 16 numbers a bit, whether it passes the sieve.
+    /// For each of 16 numbers a bit, whether it passes the prefilter.
     ///
     /// # Safety
     /// The processor must have AVX-512 F.
     #[inline(always)]
-    unsafe fn passing_16_wide(x: &Lanes<f64>, sieve: &Sieve<f64>) -> u64 {
-        // SAFETY: as the caller promises; each array is two registers long, and the sieve's two are the same.
+    unsafe fn passing_16_wide(x: &Lanes<f64>, prefilter: &Prefilter<f64>) -> u64 {
+        // SAFETY: as the caller promises; each array is two registers long, and the prefilter's two are the same.
         unsafe {
-            let shift = _mm512_loadu_pd(sieve.shift.as_ptr());
-            let width = _mm512_loadu_si512(sieve.width.as_ptr().cast());
+            let shift = _mm512_loadu_pd(prefilter.shift.as_ptr());
+            let width = _mm512_loadu_si512(prefilter.width.as_ptr().cast());
             let first = _mm512_castpd_si512(_mm512_add_pd(_mm512_loadu_pd(x.as_ptr()), shift));
             let second = _mm512_castpd_si512(_mm512_add_pd(_mm512_loadu_pd(x.as_ptr().add(8)), shift));
             u64::from(_mm512_cmple_epu64_mask(first, width)) | u64::from(_mm512_cmple_epu64_mask(second, width)) << 8
@@ -534,10 +534,10 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn may_pass_f32(self, [a, b, c, d]: &[Lanes<f32>; 4], sieve: &Sieve<f32>) -> bool {
+        fn may_pass_f32(self, [a, b, c, d]: &[Lanes<f32>; 4], prefilter: &Prefilter<f32>) -> bool {
             // SAFETY: `self` proves AVX2.
             unsafe {
-                let any = _mm256_or_si256(passing_points(a, b, sieve), passing_points(c, d, sieve));
+                let any = _mm256_or_si256(passing_points(a, b, prefilter), passing_points(c, d, prefilter));
                 _mm256_testz_si256(any, any) == 0
             }
         }
@@ -595,25 +595,25 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn may_pass_f32(self, [a, b, c, d]: &[Lanes<f32>; 4], sieve: &Sieve<f32>) -> bool {
+        fn may_pass_f32(self, [a, b, c, d]: &[Lanes<f32>; 4], prefilter: &Prefilter<f32>) -> bool {
             // SAFETY: `self` proves AVX-512 F.
             let bits = unsafe {
-                passing_16(a, sieve)
-                    | passing_16(b, sieve) << 16
-                    | passing_16(c, sieve) << 32
-                    | passing_16(d, sieve) << 48
+                passing_16(a, prefilter)
+                    | passing_16(b, prefilter) << 16
+                    | passing_16(c, prefilter) << 32
+                    | passing_16(d, prefilter) << 48
             };
             whole_points(bits) != 0
         }
 
         #[inline(always)]
-        fn may_pass_f64(self, [a, b, c, d]: &[Lanes<f64>; 4], sieve: &Sieve<f64>) -> bool {
+        fn may_pass_f64(self, [a, b, c, d]: &[Lanes<f64>; 4], prefilter: &Prefilter<f64>) -> bool {
             // SAFETY: `self` proves AVX-512 F.
             let bits = unsafe {
-                passing_16_wide(a, sieve)
-                    | passing_16_wide(b, sieve) << 16
-                    | passing_16_wide(c, sieve) << 32
-                    | passing_16_wide(d, sieve) << 48
+                passing_16_wide(a, prefilter)
+                    | passing_16_wide(b, prefilter) << 16
+                    | passing_16_wide(c, prefilter) << 32
+                    | passing_16_wide(d, prefilter) << 48
             };
             whole_points(bits) != 0
         }
@@ -638,7 +638,7 @@ mod x86 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Instructions, Kernel, Level, Sieve, keep_least, within};
+    use super::{Instructions, Kernel, Level, Prefilter, keep_least, within};
     use crate::lanes::Lanes;
 
     struct Within<'a>(&'a Lanes<f32>, &'a Lanes<f32>, &'a Lanes<f32>);
@@ -666,7 +666,7 @@ mod tests {
         }
     }
 
-    struct MayPass<'a>(&'a [Lanes<f32>; 4], &'a Sieve<f32>);
+    struct MayPass<'a>(&'a [Lanes<f32>; 4], &'a Prefilter<f32>);
 
     impl Kernel for MayPass<'_> {
         type Output = (bool, bool);
@@ -675,21 +675,21 @@ mod tests {
         fn run<I: Instructions>(self, simd: I) -> (bool, bool) {
             // Wider, a number keeps its place among the others, and all bits set remain a NaN above them all.
             let wide = |x: &Lanes<f32>| x.map(|x| if x.to_bits() == !0 { f64::from_bits(!0) } else { f64::from(x) });
-            let sieve = Sieve { shift: wide(&self.1.shift), width: wide(&self.1.width) };
-            (simd.may_pass_f32(self.0, self.1), simd.may_pass_f64(&self.0.map(|x| wide(&x)), &sieve))
+            let prefilter = Prefilter { shift: wide(&self.1.shift), width: wide(&self.1.width) };
+            (simd.may_pass_f32(self.0, self.1), simd.may_pass_f64(&self.0.map(|x| wide(&x)), &prefilter))
         }
     }
 
     #[test]
-    fn a_sieve_lets_through_what_its_definition_does_at_every_level() {
+    fn a_prefilter_lets_through_what_its_definition_does_at_every_level() {
         let everything = f32::from_bits(!0);
-        let sieve = |shift: [f32; 4], width: [f32; 4]| Sieve {
+        let prefilter = |shift: [f32; 4], width: [f32; 4]| Prefilter {
             shift: std::array::from_fn(|lane| shift[lane % 4]),
             width: std::array::from_fn(|lane| width[lane % 4]),
         };
         // x in [2, 20], y in [-2, 2], z in [-1.5, -0.5], and 0 <= the fourth or not.
-        let bounded = sieve([-2.0, 2.0, 1.5, 0.0], [18.0, 4.0, 1.0, f32::INFINITY]);
-        let open = sieve([-2.0, 2.0, 1.5, 0.0], [18.0, 4.0, 1.0, everything]);
+        let bounded = prefilter([-2.0, 2.0, 1.5, 0.0], [18.0, 4.0, 1.0, f32::INFINITY]);
+        let open = prefilter([-2.0, 2.0, 1.5, 0.0], [18.0, 4.0, 1.0, everything]);
         let odd = [2.0, -0.0, 1.75, 20.5, -1.0, f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1e-45];
         for place in 0..16 {
             for (column, value) in (0..4).flat_map(|column| odd.map(|value| (column, value))) {
@@ -697,12 +697,12 @@ mod tests {
                 let mut point = [5.0, 0.5, -1.0, 0.5];
                 point[column] = value;
                 points[place / 4][place % 4 * 4..][..4].copy_from_slice(&point);
-                for (sieve, is_open) in [(bounded, false), (open, true)] {
+                for (prefilter, is_open) in [(bounded, false), (open, true)] {
                     let passes = (0..4).all(|i| {
-                        (is_open && i == 3) || (point[i] + sieve.shift[i]).to_bits() <= sieve.width[i].to_bits()
+                        (is_open && i == 3) || (point[i] + prefilter.shift[i]).to_bits() <= prefilter.width[i].to_bits()
                     });
                     for level in Level::all() {
-                        let (single, double) = level.run(MayPass(&points, &sieve));
+                        let (single, double) = level.run(MayPass(&points, &prefilter));
                         assert_eq!(single, passes, "{level}: {point:?}");
                         assert!(double || !passes, "{level}: {point:?} in float64");
                     }

@@ -11,9 +11,9 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat};
-use ttc_fast_core::cloud::Points;
 use ttc_fast_core::column::TableMut;
 use ttc_fast_core::path;
+use ttc_fast_core::points::Points;
 use ttc_fast_core::real::Real;
 use ttc_fast_core::scan::{Motion, Outline};
 

@@ -6,8 +6,8 @@ use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PySlice, PyTuple};
-use ttc_fast_core::cloud::{Intensity, Points};
 use ttc_fast_core::column::{Column, Table};
+use ttc_fast_core::points::{Intensity, Points};
 use ttc_fast_core::real::Real;
 
 /// Points have fewer numbers than this; an array of points as columns has more.

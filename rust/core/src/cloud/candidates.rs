@@ -3,9 +3,9 @@
 use super::collect::{Collect, Search};
 use super::gate::Gate;
 use super::kept::Kept;
-use super::points::{Columns, Layout, Packed, Points, Row};
 use crate::column::{Column, Records};
 use crate::lanes::{LANES, Lanes};
+use crate::points::{Columns, Layout, Packed, Points, Row};
 use crate::real::Real;
 use crate::simd::{Instructions, Level};
 use crate::threads::pieces;

@@ -2,10 +2,10 @@
 
 use super::candidates::Candidates;
 use super::gate::{Axis, Gate, Rest};
-use super::points::{IntensityRow, Layout, Row};
 use crate::lanes::{LANES, each};
+use crate::points::{IntensityRow, Layout, Row};
 use crate::real::Real;
-use crate::simd::{Instructions, Kernel, Level, Sieve};
+use crate::simd::{Instructions, Kernel, Level, Prefilter};
 use std::ops::Range;
 
 /// Where to look, and for what.
@@ -38,7 +38,7 @@ impl<T: Real, L: Layout<T>> Kernel for Collect<'_, '_, T, L> {
     fn run<I: Instructions>(self, simd: I) -> Option<usize> {
         let Collect { layout, search, from, every, into } = self;
         let (low, high) = search.gate.boxed::<T>();
-        let sieve = L::sieve(low, high, search.fourth);
+        let prefilter = L::prefilter(low, high, search.fourth);
         let groups = Groups::new(layout, search, (low, high));
 
         let (whole, step) = (layout.whole(), LANES * every);
@@ -47,11 +47,11 @@ impl<T: Real, L: Layout<T>> Kernel for Collect<'_, '_, T, L> {
         }
         let mut at = from.max(whole.start);
         loop {
-            at = search.level.run(Next { layout, sieve: &sieve, from: at, end: whole.end, step });
+            at = search.level.run(Next { layout, prefilter: &prefilter, from: at, end: whole.end, step });
             if at >= whole.end {
                 break;
             }
-            // Where there is a point there is likely to be another: without the sieve, until there is none.
+            // Where there is a point there is likely to be another: without the prefilter, until there is none.
             let mut any = true;
             while any && at < whole.end {
                 any = groups.take(simd, at, u16::MAX, into);
@@ -75,7 +75,7 @@ impl<T: Real, L: Layout<T>> Kernel for Collect<'_, '_, T, L> {
 /// Looks for a group that may hold a point inside, from one in each `step` from point `from` on.
 struct Next<'a, T, L> {
     layout: L,
-    sieve: &'a Sieve<T>,
+    prefilter: &'a Prefilter<T>,
     from: usize,
     end: usize,
     step: usize,
@@ -86,9 +86,9 @@ impl<T: Real, L: Layout<T>> Kernel for Next<'_, T, L> {
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> usize {
-        let Next { layout, sieve, from: mut at, end, step } = self;
-        let sieve = *sieve; // in registers
-        while at < end && !layout.may_hold(simd, at, &sieve) {
+        let Next { layout, prefilter, from: mut at, end, step } = self;
+        let prefilter = *prefilter; // in registers
+        while at < end && !layout.may_hold(simd, at, &prefilter) {
             at += step;
         }
         at

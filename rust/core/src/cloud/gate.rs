@@ -1,8 +1,8 @@
 //! Which points count: a corridor ahead, above the road, bright enough.
 
-use super::points::Points;
 use super::road::Road;
 use crate::error::{Error, finite, non_negative};
+use crate::points::Points;
 use crate::real::Real;
 
 /// An interval, bounds included.

@@ -1,6 +1,6 @@
 //! The robust nearest distance ahead in a point cloud.
 //!
-//! [`points`] says how a cloud lies in memory, [`gate`] which points count, [`candidates`] finds those, [`estimator`]
+//! [`gate`] says which points count, [`candidates`] finds those, [`estimator`]
 //! makes one distance of them, [`shrinking`]
 //! a time of two. [`road`] is what a gate may stand on.
 
@@ -12,7 +12,6 @@ mod estimator;
 mod gate;
 mod kept;
 mod order;
-mod points;
 mod road;
 mod shrinking;
 mod tracker;
@@ -23,13 +22,13 @@ pub use {
     alignment::{Alignment, Cell, Profile, Sighting, Trend, trend},
     estimator::Estimator,
     gate::{Axis, Gate, Interval, REP_103},
-    points::{Intensity, Points},
     road::{Refusal, Road, RoadFit, RoadSearch, RoadStatus, fit_road},
     shrinking::{CloudTtc, ttc_from_clouds},
     tracker::{Body, CloudSettings, CloudTrack, CloudTracker},
 };
 
 use crate::error::Error;
+use crate::points::Points;
 use crate::real::Real;
 use crate::simd::Level;
 
@@ -83,17 +82,11 @@ pub fn robust_min_x<T: Real>(
         MinX { x: f64::NAN, nearest_x: f64::NAN, candidates: 0, support: 0, index: None, detection: Detection::NoData };
     if kept.len() == 0 {
         let clear = MinX { x: f64::INFINITY, nearest_x: f64::INFINITY, detection: Detection::Clear, ..nothing };
-        return Ok(if any_valid(&points) { clear } else { nothing });
+        return Ok(if points.any_valid() { clear } else { nothing });
     }
     let seen = MinX { nearest_x: kept.least(level).to_f64(), candidates: count, ..nothing };
     Ok(match estimator.estimate(&mut kept, &points, gate, level) {
         None => MinX { detection: Detection::TooFew, ..seen },
         Some(Estimate { x, index, support }) => MinX { x, index, support, detection: Detection::Found, ..seen },
     })
-}
-
-/// Whether the cloud holds a point at all: finite, and not the (0, 0, 0) of a driver without a return.
-fn any_valid<T: Real>(points: &Points<'_, T>) -> bool {
-    let finite = |value: T| value.to_f64().is_finite();
-    (0..points.len()).map(|i| points.get(i)).any(|point| point.into_iter().all(finite) && point != [T::ZERO; 3])
 }

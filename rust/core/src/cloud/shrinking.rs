@@ -2,10 +2,10 @@
 
 use super::estimator::Estimator;
 use super::gate::Gate;
-use super::points::Points;
 use super::{Detection, MinX, robust_min_x};
 use crate::error::{Error, finite};
 use crate::motion::{checked_dt, ttc_from_distances};
+use crate::points::Points;
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;

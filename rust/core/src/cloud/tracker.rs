@@ -3,9 +3,9 @@
 use super::alignment::{Alignment, Cell, FARTHEST, Profile, Sighting, Trend, trend};
 use super::estimator::Estimator;
 use super::gate::Gate;
-use super::points::Points;
 use super::{Detection, robust_min_x};
 use crate::error::{Error, finite};
+use crate::points::Points;
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;

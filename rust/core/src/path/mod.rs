@@ -18,9 +18,9 @@ pub(crate) use {
     search::{each, entering, least},
 };
 
-use crate::cloud::Points;
 use crate::column::ColumnMut;
 use crate::error::Error;
+use crate::points::Points;
 use crate::real::Real;
 use crate::scan::{Counts, Hit, Motion, Outline};
 use crate::simd::Level;
@@ -196,8 +196,8 @@ fn status(best: Hit, counts: Counts) -> Status {
 mod tests {
     use super::SweptPath;
     use crate::Status;
-    use crate::cloud::Points;
     use crate::column::{Column, ColumnMut, Table};
+    use crate::points::Points;
     use crate::real::Real;
     use crate::scan::{Motion, Outline};
     use crate::simd::Level;

@@ -3,7 +3,7 @@
 use super::{Alignment, median};
 use crate::cloud::candidates::Candidates;
 use crate::cloud::gate::Gate;
-use crate::cloud::points::Points;
+use crate::points::Points;
 use crate::real::Real;
 use crate::simd::Level;
 

@@ -10,9 +10,8 @@ mod vote;
 
 pub use search::RoadSearch;
 
-use super::any_valid;
-use super::points::Points;
 use crate::error::{Error, finite};
+use crate::points::Points;
 use crate::real::Real;
 use refine::Refined;
 
@@ -137,7 +136,7 @@ pub fn fit_road<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Result<
     let search = search.checked()?;
     let stacks = stacks::gather(points, &search);
     if stacks.is_empty() {
-        return Ok(RoadFit::nothing(if any_valid(points) { Refusal::Nothing } else { Refusal::NoData }));
+        return Ok(RoadFit::nothing(if points.any_valid() { Refusal::Nothing } else { Refusal::NoData }));
     }
     let coarse = vote::elect(&stacks, &search);
     let Refined { road, inliers, patches, width, rms } = refine::refine(&stacks, coarse, &search);

@@ -4,8 +4,8 @@
 //! in front of the bumper. So every square metre counts as one patch.
 
 use super::RoadSearch;
-use crate::cloud::points::Points;
 use crate::column::Column;
+use crate::points::Points;
 use crate::real::Real;
 
 /// Voxels are a metre long and wide, and so much less high.

@@ -4,7 +4,7 @@ use crate::column::{Column, Fours, Records, Source, Table};
 use crate::error::Error;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::simd::{Instructions, Sieve, bit_of_each_point};
+use crate::simd::{Instructions, Prefilter, bit_of_each_point};
 use std::ops::Range;
 
 /// Points in somebody else's memory. Rows are the rows of an organised cloud; any other cloud has one.
@@ -89,7 +89,7 @@ impl<'a, T: Real> Points<'a, T> {
     }
 
     /// The rows of the points `range`, cut where the range begins and ends, and the index of the first point of each.
-    pub(super) fn rows(self, range: Range<usize>) -> impl Iterator<Item = (usize, Row<'a, T>)> {
+    pub(crate) fn rows(self, range: Range<usize>) -> impl Iterator<Item = (usize, Row<'a, T>)> {
         let columns = self.xyz[0].columns().max(1);
         (range.start / columns..range.end.div_ceil(columns)).map(move |row| {
             let first = row * columns;
@@ -100,8 +100,14 @@ impl<'a, T: Real> Points<'a, T> {
         })
     }
 
+    /// Whether any point is valid: finite, and not the (0, 0, 0) that drivers store where nothing came back.
+    pub(crate) fn any_valid(&self) -> bool {
+        let finite = |value: T| value.to_f64().is_finite();
+        (0..self.len()).map(|i| self.get(i)).any(|point| point.into_iter().all(finite) && point != [T::ZERO; 3])
+    }
+
     /// Point `i`, as stored.
-    pub(super) fn get(&self, i: usize) -> [T; 3] {
+    pub(crate) fn get(&self, i: usize) -> [T; 3] {
         let columns = self.xyz[0].columns();
         let (row, column) = if i < columns { (0, i) } else { (i / columns, i % columns) };
         self.xyz.map(|table| table.row(row).get(column))
@@ -152,14 +158,14 @@ impl<'a> Intensity<'a> {
 
 /// One row of a cloud.
 #[derive(Clone, Copy)]
-pub(super) struct Row<'a, T> {
+pub(crate) struct Row<'a, T> {
     pub xyz: [Column<'a, T>; 3],
     pub intensity: Option<IntensityRow<'a>>,
 }
 
 /// Intensities of one row.
 #[derive(Clone, Copy)]
-pub(super) enum IntensityRow<'a> {
+pub(crate) enum IntensityRow<'a> {
     U8(Column<'a, u8>),
     U16(Column<'a, u16>),
     F32(Column<'a, f32>),
@@ -168,7 +174,7 @@ pub(super) enum IntensityRow<'a> {
 
 impl<'a> IntensityRow<'a> {
     /// Whether it is the fourth number of each record, in the type of the first three.
-    pub(super) fn is_fourth<T: Real>(&self, records: &Records<'a, T>) -> bool {
+    pub(crate) fn is_fourth<T: Real>(&self, records: &Records<'a, T>) -> bool {
         match self {
             IntensityRow::F32(column) => records.continues_with(column),
             IntensityRow::F64(column) => records.continues_with(column),
@@ -178,7 +184,7 @@ impl<'a> IntensityRow<'a> {
 
     /// Whether the intensity of point `i` lies in `[low, high]`, with bounds rounded to its own type if that is a float.
     #[inline(always)]
-    pub(super) fn within(&self, i: usize, (low, high): (f64, f64)) -> bool {
+    pub(crate) fn within(&self, i: usize, (low, high): (f64, f64)) -> bool {
         let inside = |value: f64, low: f64, high: f64| low <= value && value <= high;
         match self {
             IntensityRow::U8(column) => inside(f64::from(column.get(i)), low, high),
@@ -192,7 +198,7 @@ impl<'a> IntensityRow<'a> {
 }
 
 /// How the kernel reads points: several at a time, as lanes to compare with bounds.
-pub(super) trait Layout<T>: Copy {
+pub(crate) trait Layout<T>: Copy {
     /// Bounds in the arrangement of the lanes.
     type Bounds: Copy;
     /// Bounds on each stored column: x, y, z, and the fourth number of a record.
@@ -202,9 +208,9 @@ pub(super) trait Layout<T>: Copy {
     /// Those of them that are read best, in whole groups of lanes.
     fn whole(&self) -> Range<usize>;
     /// The same bounds, for `may_hold`; on the fourth number only if `fourth`.
-    fn sieve(low: [T; 4], high: [T; 4], fourth: bool) -> Sieve<T>;
+    fn prefilter(low: [T; 4], high: [T; 4], fourth: bool) -> Prefilter<T>;
     /// Whether any of the points `at .. at + LANES` may be inside: no is certain, and quicker to find out than yes.
-    fn may_hold<I: Instructions>(&self, simd: I, at: usize, sieve: &Sieve<T>) -> bool;
+    fn may_hold<I: Instructions>(&self, simd: I, at: usize, prefilter: &Prefilter<T>) -> bool;
     /// A bit for each of the points `at .. at + LANES` inside the bounds on x, y and z, and if `fourth` on the fourth
     /// number of its record too.
     fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u16;
@@ -214,7 +220,7 @@ pub(super) trait Layout<T>: Copy {
 
 /// Points whose columns lie anywhere.
 #[derive(Clone, Copy)]
-pub(super) struct Columns<S> {
+pub(crate) struct Columns<S> {
     pub xyz: [S; 3],
     pub forward: S,
 }
@@ -236,12 +242,12 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
         0..self.readable() / LANES * LANES
     }
 
-    fn sieve(_: [T; 4], _: [T; 4], _: bool) -> Sieve<T> {
-        Sieve { shift: [T::ZERO; LANES], width: [T::ALL_BITS; LANES] }
+    fn prefilter(_: [T; 4], _: [T; 4], _: bool) -> Prefilter<T> {
+        Prefilter { shift: [T::ZERO; LANES], width: [T::ALL_BITS; LANES] }
     }
 
     #[inline(always)]
-    fn may_hold<I: Instructions>(&self, _: I, _: usize, _: &Sieve<T>) -> bool {
+    fn may_hold<I: Instructions>(&self, _: I, _: usize, _: &Prefilter<T>) -> bool {
         true
     }
 
@@ -265,7 +271,7 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
 /// Sixteen numbers are four points. All are compared at once, each with the bounds of its column; then the four bits of each
 /// of sixteen points are folded into one.
 #[derive(Clone, Copy)]
-pub(super) struct Packed<F> {
+pub(crate) struct Packed<F> {
     pub records: F,
     /// The same, beginning with the forward number.
     pub forward: F,
@@ -291,21 +297,21 @@ impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
         first..first + (readable - first) / LANES * LANES
     }
 
-    fn sieve(low: [T; 4], high: [T; 4], fourth: bool) -> Sieve<T> {
+    fn prefilter(low: [T; 4], high: [T; 4], fourth: bool) -> Prefilter<T> {
         let columns: [(T, T); 4] = std::array::from_fn(|column| {
             let (shift, width) = (T::ZERO - low[column], high[column] - low[column]);
             let is_bound = (fourth || column < 3) && low[column].to_f64().is_finite();
             if is_bound { (shift, width) } else { (T::ZERO, T::ALL_BITS) }
         });
-        Sieve {
+        Prefilter {
             shift: std::array::from_fn(|lane| columns[lane % 4].0),
             width: std::array::from_fn(|lane| columns[lane % 4].1),
         }
     }
 
     #[inline(always)]
-    fn may_hold<I: Instructions>(&self, simd: I, at: usize, sieve: &Sieve<T>) -> bool {
-        T::may_pass(simd, &self.records.fours(at), sieve)
+    fn may_hold<I: Instructions>(&self, simd: I, at: usize, prefilter: &Prefilter<T>) -> bool {
+        T::may_pass(simd, &self.records.fours(at), prefilter)
     }
 
     #[inline(always)]
