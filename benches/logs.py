@@ -29,10 +29,10 @@ from rosbags.typesys import Stores, get_typestore
 from benches.table import Report, console
 from ttc_fast import ScanSweptPath, ScanTTC
 from ttc_fast.logs import LogError, ScanLog, open_log
-from ttc_fast.logs.bag import MAGIC, Bag
-from ttc_fast.logs.db3 import Database
 from ttc_fast.logs.log import ReadErrors
 from ttc_fast.logs.mcap import McapFile
+from ttc_fast.logs.rosbag1 import MAGIC, Bag
+from ttc_fast.logs.rosbag2 import Database
 from ttc_fast.replay import Replay, Settings
 from ttc_fast.replay.rows_out import CsvWriter
 

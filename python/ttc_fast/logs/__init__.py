@@ -5,25 +5,29 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.logs import npz_clouds, npz_scans
-from ttc_fast.logs.bag import Bag
-from ttc_fast.logs.bag_folder import BagFolder, is_bag_folder
 from ttc_fast.logs.carmen import CarmenLog
 from ttc_fast.logs.cloud_files import CloudFiles
-from ttc_fast.logs.clouds import CloudFrame, CloudLog, Lidar, forward_left_up
-from ttc_fast.logs.db3 import Database
-from ttc_fast.logs.distances import DistanceFrame, DistanceLog
-from ttc_fast.logs.kitti import KITTI
-from ttc_fast.logs.log import Log, LogError
+from ttc_fast.logs.log import (
+    CloudFrame,
+    CloudLog,
+    DistanceFrame,
+    DistanceLog,
+    Lidar,
+    Log,
+    LogError,
+    ScanFrame,
+    ScanLog,
+    Scanner,
+    forward_left_up,
+)
 from ttc_fast.logs.mcap import McapFile
-from ttc_fast.logs.npz import Arrays
-from ttc_fast.logs.npz_clouds import NpzClouds
-from ttc_fast.logs.npz_scans import NpzScans
-from ttc_fast.logs.nuscenes import NUSCENES
+from ttc_fast.logs.npz import open_archive
 from ttc_fast.logs.options import LogOptions
 from ttc_fast.logs.pcd import PCD
+from ttc_fast.logs.raw_clouds import KITTI, NUSCENES
 from ttc_fast.logs.ros import open_bag
-from ttc_fast.logs.scans import ScanFrame, ScanLog, Scanner
+from ttc_fast.logs.rosbag1 import Bag
+from ttc_fast.logs.rosbag2 import BagFolder, Database, is_bag_folder
 from ttc_fast.logs.table import DistanceTable
 
 if TYPE_CHECKING:
@@ -94,11 +98,11 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
     (12, 1.73, 2.0, 'float32')
     """
     path = Path(path)
-    options = LogOptions(**options)
+    given = LogOptions(**options)
     try:
         if not path.exists():
             raise LogError(path, "cannot be opened: no such file or folder")
-        return _open_folder(path, options) if path.is_dir() else _open_file(path, options)
+        return _open_folder(path, given) if path.is_dir() else _open_file(path, given)
     except OSError as error:
         raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
 
@@ -132,13 +136,8 @@ def _open_file(path: Path, options: LogOptions) -> AnyLog:
     return opener(path, options)
 
 
-def _open_archive(path: Path, options: LogOptions) -> AnyLog:
-    arrays = Arrays(path, {*npz_scans.NAMES, *npz_clouds.NAMES})
-    return NpzClouds(arrays, options) if "points" in arrays else NpzScans(arrays, options)
-
-
 FILES: dict[tuple[str, ...], Callable[[Path, LogOptions], AnyLog]] = {
-    (".npz",): _open_archive,
+    (".npz",): open_archive,
     (".bag", ".bag.active"): lambda path, options: open_bag(Bag(path), options),
     (".db3",): lambda path, options: open_bag(Database(path), options),
     (".mcap",): lambda path, options: open_bag(McapFile(path), options),

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import numpy as np
 
-from ttc_fast.logs.log import LogError, ReadErrors
+from ttc_fast.logs.log import LogError, ReadErrors, ScanFrame, Scanner
 from ttc_fast.logs.motion import Odometer, Pose
 from ttc_fast.logs.options import SCANNER
-from ttc_fast.logs.scans import ScanFrame, Scanner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,7 +65,7 @@ class CarmenLog:
         options.only((*SCANNER, "speed", "max_speed_age"), path, "a CARMEN log")
         self.path = path
         self._options = options
-        self.motion = "poses of the log" if options.speed is None else "speed as given"
+        self.motion = options.motion("poses of the log")
         errors = ReadErrors(path)
         first = next((entry for entry in self._entries(errors) if isinstance(entry, Scan)), None)
         if first is None:

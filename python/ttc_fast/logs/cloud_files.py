@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.clouds import CloudFrame, Lidar
-from ttc_fast.logs.log import LogError
+from ttc_fast.logs.log import CloudFrame, LogError
 from ttc_fast.logs.options import LIDAR
 from ttc_fast.logs.stamps import STAMPS, read_stamps
 
@@ -20,15 +19,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from ttc_fast.logs.log import Lidar
     from ttc_fast.logs.options import LogOptions
 
 DAMAGED = (EOFError, zlib.error, gzip.BadGzipFile)
 OPTIONS = (*LIDAR, "rate", "speed")
-LOOKED_AT = 4096
-ODD_ROWS = 0.02
-FARTHEST = 1000.0  # m
-NEXT_TO_NOTHING = 1e-6  # m, or of any intensity
-BRIGHTEST = 65535.0
 
 
 @dataclass(frozen=True)
@@ -94,7 +89,7 @@ class CloudFiles:
         self.frame_count = len(self._frames)
         self.lidar = options.applied(form.lidar, LIDAR)
         self._speed = options.speed
-        self.motion = "the speed is unknown" if self._speed is None else "speed as given"
+        self.motion = options.motion("the speed is unknown")
         self._stamps, self.clock = self._timed(options.rate)
 
     def __iter__(self) -> Iterator[CloudFrame]:
@@ -127,39 +122,3 @@ def read_content(frame: Path) -> bytes:
         raise LogError(frame, f"is not gzip, or is damaged: {error}") from error
     except OSError as error:
         raise LogError(frame, f"cannot be read: {error.strerror or error}") from error
-
-
-def read_rows(frame: Path, names: tuple[str, ...], of: str) -> NDArray[np.float32]:
-    """Read little-endian float32 rows of so many numbers: x, y, z (m), intensity, and what else there is.
-
-    Such files say nothing of themselves, so what is in them is looked at: whatever else has the same ending would be
-    read as points that are not there.
-    """
-    content, row = read_content(frame), 4 * len(names)
-    rows = f"rows of {row} bytes (float32 {', '.join(names)})"
-    if len(content) % row:
-        raise LogError(frame, f"has {len(content)} bytes, not whole {rows}: cut short, or not a {of} frame")
-    points: NDArray[np.float32] = np.frombuffer(content, "<f4").reshape(-1, len(names))
-    odd = _odd_share(points)
-    if odd > ODD_ROWS:
-        problem = f"is no {of} frame: read as {rows}, {odd:.0%} of them are no places that a lidar sees"
-        raise LogError(frame, f"{problem}; record it as a bag, or convert it to .pcd")
-    return points
-
-
-def _odd_share(points: NDArray[np.float32]) -> float:
-    """Return how many of the points are not what a lidar gives, of some thousand in the middle of the file."""
-    begin = max(len(points) - LOOKED_AT, 0) // 2
-    some = points[begin : begin + LOOKED_AT]
-    if not len(some):
-        return 0.0
-    size = np.abs(some[:, :4])
-    with np.errstate(invalid="ignore"):
-        odd = (size[:, :3] > FARTHEST).any(axis=1)  # bytes of something else are huge, or next to nothing
-        odd |= ((size > 0.0) & (size < NEXT_TO_NOTHING)).any(axis=1)
-        odd |= (some[:, 3] < 0.0) | (size[:, 3] > BRIGHTEST)
-    return float(odd.mean())
-
-
-def no_stamp(name: str) -> None:
-    """Say that names tell no time."""

@@ -10,7 +10,6 @@ from ttc_fast.logs.log import LogError
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
     from pathlib import Path
-    from types import ModuleType
 
     from ttc_fast.logs.log import ReadErrors
     from ttc_fast.ros_messages import Encoding
@@ -74,18 +73,6 @@ def opened(path: Path, magic: bytes, kind: str) -> Iterator[BinaryIO]:
             yield file
     except OSError as error:
         raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
-
-
-def need(package: str, path: Path) -> ModuleType:
-    """Import a package of the extra ``log``, without which this log cannot be read."""
-    from importlib import import_module
-
-    try:
-        return import_module(package)
-    except ImportError as error:
-        name = package.partition(".")[0]
-        how = "pip install 'ttc-fast[log]', in a checkout: pip install '.[log]'"
-        raise LogError(path, f"needs {name} to be read, which is not installed: {how}") from error
 
 
 def plain_type(name: str) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.logs.container import Topic, need, opened, plain_type
-from ttc_fast.logs.log import ReadErrors
+from ttc_fast.logs.container import Topic, opened, plain_type
+from ttc_fast.logs.log import ReadErrors, need
 from ttc_fast.ros_messages import CDR, ROS1
 
 if TYPE_CHECKING:

@@ -1,4 +1,13 @@
-"""NumPy archives (.npz): the arrays of a recording under agreed names, which tell what was recorded."""
+"""NumPy archives (.npz) of scans or clouds: the arrays of a recording under agreed names.
+
+An archive of scans has the arrays ``t`` (N,) s, increasing; ``ranges`` (N, beams) float32 or float64, m, as recorded;
+``angle_min``, ``angle_increment`` (rad), ``range_min``, ``range_max`` (m), one number each. Optional are ``v`` (N,)
+m/s, signed; ``w`` (N,) rad/s, 0 when absent; ``mount`` (x, y, yaw) and ``outline`` (x_rear, x_front, y_right, y_left).
+
+An archive of clouds has ``t`` (N,) s, increasing; ``points`` (M, 3) or wider, float32 or float64, the clouds one after
+another, x forward, y left, z up (m) and perhaps the intensity; ``counts`` (N,) integers, how many points each cloud
+has; ``sensor_height`` above the road, m. Optional is ``front_offset`` from the sensor to the bumper, m, 0 when absent.
+"""
 
 from __future__ import annotations
 
@@ -8,27 +17,120 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.log import LogError
+from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ScanFrame, Scanner
+from ttc_fast.logs.options import LIDAR, SCANNER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from numpy.typing import NDArray
 
+    from ttc_fast.logs.options import LogOptions
+
+BEAMS = ("angle_min", "angle_increment", "range_min", "range_max")
+PLACES = {"mount": 3, "outline": 4}  # how many numbers each has
+SCANS_NEED = ("t", "ranges", *BEAMS)
+CLOUDS_NEED = ("t", "points", "counts", "sensor_height")
+NAMES = {*SCANS_NEED, "v", "w", *PLACES, *CLOUDS_NEED, "front_offset"}
+CLOCK = "stamps of the log"
 # What a damaged archive raises, from its directory to the header of an array.
 DAMAGED = (ValueError, EOFError, MemoryError, RuntimeError, SyntaxError, zipfile.BadZipFile, zlib.error)
 
 
-class Arrays:
-    """The arrays of an archive, checked as they are taken.
+def open_archive(path: Path, options: LogOptions) -> ScanArchive | CloudArchive:
+    """Open an archive as the log that its arrays make it.
 
     Parameters
     ----------
     path : Path
-        Of the archive. It is read at once.
+        The archive. It is read at once.
+    options : LogOptions
+        What the user says of it.
+
+    Raises
+    ------
+    LogError
+        If it cannot be read, or an array is missing or of the wrong shape or type.
+    """
+    arrays = Arrays(path, NAMES)
+    return CloudArchive(arrays, options) if "points" in arrays else ScanArchive(arrays, options)
+
+
+class ScanArchive:
+    """An archive of scans."""
+
+    clock = CLOCK
+
+    def __init__(self, arrays: Arrays, options: LogOptions) -> None:
+        options.only((*SCANNER, "speed"), arrays.path, "an archive of scans")
+        arrays.require(SCANS_NEED)
+        self.path = arrays.path
+        shape = arrays["ranges"].shape
+        self._ranges = arrays.readings("ranges", "(frames, beams)", fits=len(shape) == 2 and 0 not in shape)
+        self.frame_count, beams = shape
+        one_each = (self.frame_count, "scan of ranges")
+        self._stamps = arrays.stamps(*one_each)
+        self._speeds = arrays.per_frame("v", *one_each) if "v" in arrays else None
+        self._yaw_rates = arrays.per_frame("w", *one_each) if "w" in arrays else np.zeros(self.frame_count)
+        placed: dict[str, Any] = {name: arrays.numbers(name, n) for name, n in PLACES.items() if name in arrays}
+        scanner = Scanner(**{name: arrays.numbers(name, 1)[0] for name in BEAMS}, beams=beams, **placed)
+        self.scanner = options.applied(scanner, SCANNER)
+        self._speed = options.speed
+        self.motion = options.motion("the speed is unknown" if self._speeds is None else "speeds of the log")
+
+    def __iter__(self) -> Iterator[ScanFrame]:
+        for i, ranges in enumerate(self._ranges):
+            speed = self._speed
+            if speed is None and self._speeds is not None:
+                speed = float(self._speeds[i])
+            yield ScanFrame(float(self._stamps[i]), ranges, speed, float(self._yaw_rates[i]))
+
+
+class CloudArchive:
+    """An archive of clouds."""
+
+    clock = CLOCK
+
+    def __init__(self, arrays: Arrays, options: LogOptions) -> None:
+        options.only((*LIDAR, "speed"), arrays.path, "an archive of clouds")
+        arrays.require(CLOUDS_NEED)
+        self.path = arrays.path
+        shape = arrays["points"].shape
+        self._points = arrays.readings("points", "(points, 3) or wider", fits=len(shape) == 2 and shape[1] >= 3)
+        self._ends = np.cumsum(_counts(arrays, len(self._points)))
+        self.frame_count = len(self._ends)
+        self._stamps = arrays.stamps(self.frame_count, "cloud of counts")
+        front_offset = arrays.numbers("front_offset", 1)[0] if "front_offset" in arrays else 0.0
+        lidar = Lidar(arrays.numbers("sensor_height", 1)[0], front_offset, own_reach=front_offset)
+        self.lidar = options.applied(lidar, LIDAR)
+        self._speed = options.speed
+        self.motion = options.motion("the speed is unknown")
+
+    def __iter__(self) -> Iterator[CloudFrame]:
+        clouds = np.split(self._points, self._ends[:-1])
+        for stamp, points in zip(self._stamps, clouds, strict=True):
+            yield CloudFrame(float(stamp), points, self._speed)
+
+
+def _counts(arrays: Arrays, points: int) -> NDArray[np.int64]:
+    counts = arrays["counts"]
+    if counts.ndim != 1 or counts.size == 0 or counts.dtype.kind not in "iu":
+        raise arrays.error("counts", f"must be integers, one a cloud, got {counts.dtype} of shape {counts.shape}")
+    if min(counts) < 0 or sum(counts.tolist()) != points:
+        raise arrays.error("counts", f"must be from 0 and add up to the {points} rows of 'points'")
+    return counts.astype(np.int64)
+
+
+class Arrays:
+    """The arrays of an archive, each checked where it is used.
+
+    Parameters
+    ----------
+    path : Path
+        The archive. It is read at once.
     names : iterable of str
-        The arrays to read, as far as it has them.
+        The arrays to read, where the archive has them.
 
     Raises
     ------
@@ -61,11 +163,11 @@ class Arrays:
             raise self.error(name, f"must be float32 or float64 in metres, got {readings.dtype}")
         return readings
 
-    def per_frame(self, name: str, frames: int, of: str) -> NDArray[Any]:
+    def per_frame(self, name: str, frames: int, each: str) -> NDArray[Any]:
         """Return an array of one finite number a frame."""
         numbers = self[name]
         if numbers.shape != (frames,):
-            raise self.error(name, f"must have the shape ({frames},), one a {of}, got {numbers.shape}")
+            raise self.error(name, f"must have the shape ({frames},), one a {each}, got {numbers.shape}")
         if numbers.dtype.kind not in "fiu":
             raise self.error(name, f"must be numbers, got {numbers.dtype}")
         bad = np.flatnonzero(~np.isfinite(numbers))
@@ -73,9 +175,9 @@ class Arrays:
             raise self.error(name, f"must be finite, got {numbers[bad[0]]} in frame {bad[0]}")
         return numbers
 
-    def stamps(self, frames: int, of: str) -> NDArray[Any]:
+    def stamps(self, frames: int, each: str) -> NDArray[Any]:
         """Return the array ``t``, which must increase."""
-        stamps = self.per_frame("t", frames, of)
+        stamps = self.per_frame("t", frames, each)
         backwards = np.flatnonzero(stamps[1:] <= stamps[:-1])
         if len(backwards):
             frame = backwards[0] + 1
@@ -83,7 +185,7 @@ class Arrays:
         return stamps
 
     def numbers(self, name: str, size: int) -> tuple[Any, ...]:
-        """Return a setting of so many numbers."""
+        """Return a setting that has this many numbers."""
         numbers = self[name]
         if numbers.size != size or numbers.dtype.kind not in "fiu":
             wanted = "one number" if size == 1 else f"{size} numbers"
@@ -91,7 +193,7 @@ class Arrays:
         return tuple(float(number) for number in numbers.flat)
 
     def error(self, name: str, problem: str) -> LogError:
-        """Say what is wrong with an array."""
+        """Return the error that says what is wrong with an array."""
         return LogError(self.path, f"array {name!r} {problem}")
 
 

@@ -97,3 +97,7 @@ class LogOptions:
         if said.pop("upside_down", False):
             said |= {name: -getattr(thing, name) for name in ("angle_min", "angle_increment")}
         return replace(thing, **said) if said else thing  # type: ignore[type-var]
+
+    def motion(self, recorded: str) -> str:
+        """Say where the speeds come from, for people: from the user, or else as the log has them."""
+        return recorded if self.speed is None else "speed as given"

@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast.logs.cloud_files import CloudFormat, read_content
-from ttc_fast.logs.clouds import Lidar
-from ttc_fast.logs.container import need
-from ttc_fast.logs.log import LogError
+from ttc_fast.logs.log import Lidar, LogError, need
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast._core import NoDataError
-from ttc_fast.logs.clouds import CloudFrame, Lidar
-from ttc_fast.logs.log import LogError, ReadErrors
+from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ReadErrors, ScanFrame, Scanner
 from ttc_fast.logs.motion import Odometer, Pose
 from ttc_fast.logs.options import LIDAR, MOTION, SCANNER
-from ttc_fast.logs.scans import ScanFrame, Scanner
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.ros_messages import (
     LASER_SCAN,
@@ -70,7 +68,8 @@ class _Source:
         self._from_header = self.first.stamp != 0
         self._begin = self.first.stamp if self._from_header else self._recorded
         self.clock = STAMPED if self._from_header else UNSTAMPED
-        self.motion = _motion(odometry_topic, options)
+        known = "no odometry: the speed is unknown" if odometry_topic is None else f"odometry of {odometry_topic.name}"
+        self.motion = options.motion(known)
 
     def read(self, errors: ReadErrors) -> Iterator[tuple[float, Any, Odometer]]:
         """Read the stamp (s since the first), the message, and the odometry until then."""
@@ -242,10 +241,3 @@ def _odometry(bag: Container, options: LogOptions) -> Topic | None:
         found = [topic for topic in bag.topics if topic.type == ODOMETRY]
         return found[0] if len(found) == 1 else None
     return _chosen(bag, options.odometry_topic, (ODOMETRY,), "odometry_topic")
-
-
-def _motion(odometry_topic: Topic | None, options: LogOptions) -> str:
-    """Say where the speed comes from, for people."""
-    if options.speed is not None:
-        return "speed as given"
-    return "no odometry: the speed is unknown" if odometry_topic is None else f"odometry of {odometry_topic.name}"

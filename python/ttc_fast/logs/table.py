@@ -6,8 +6,7 @@ import csv
 import math
 from typing import TYPE_CHECKING
 
-from ttc_fast.logs.distances import DistanceFrame
-from ttc_fast.logs.log import LogError, ReadErrors
+from ttc_fast.logs.log import DistanceFrame, LogError, ReadErrors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,8 +12,8 @@ import bz2
 import struct
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
-from ttc_fast.logs.container import Topic, need, opened, plain_type
-from ttc_fast.logs.log import ReadErrors
+from ttc_fast.logs.container import Topic, opened, plain_type
+from ttc_fast.logs.log import ReadErrors, need
 from ttc_fast.ros_messages import ROS1
 
 if TYPE_CHECKING:
