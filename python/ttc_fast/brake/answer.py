@@ -11,21 +11,21 @@ from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from ttc_fast.brake.memory import Memory
-    from ttc_fast.brake.rules import Rules
+    from ttc_fast.brake.settings import BrakeSettings
 
 NONE, WARN, BRAKE = Command  # the look-up of an enum's member takes longer than that of a name
 CONTACT = Status.CONTACT
 CLEAR, NEAR, CRITERION = Reason.CLEAR, Reason.NEAR, Reason.CRITERION
 
 
-def answer(memory: Memory, rules: Rules, now: float, unsafe: Reason | None, override: bool) -> Decision:
+def answer(memory: Memory, rules: BrakeSettings, now: float, unsafe: Reason | None, override: bool) -> Decision:
     """Put the command and its reason together.
 
     Parameters
     ----------
     memory : Memory
         What is known.
-    rules : Rules
+    rules : BrakeSettings
         Of the controller.
     now : float
         s.
@@ -54,7 +54,7 @@ def answer(memory: Memory, rules: Rules, now: float, unsafe: Reason | None, over
     return Decision(command, reason, deceleration, limit, memory.criterion, value, threshold, sight, now, counters)
 
 
-def watch(memory: Memory, rules: Rules, now: float) -> Reason | None:
+def watch(memory: Memory, rules: BrakeSettings, now: float) -> Reason | None:
     """Return why what was seen is not enough to be safe, if so."""
     oldest = now - rules.sensor_timeout
     if memory.frame_at > now + CLOCK_TOLERANCE:  # the clock was set back: how old that frame is, nobody knows
@@ -68,7 +68,7 @@ def watch(memory: Memory, rules: Rules, now: float) -> Reason | None:
     return Reason.BLIND if memory.seen_at < oldest else Reason.NO_MOTION
 
 
-def why_braking(memory: Memory, rules: Rules, now: float) -> Reason:
+def why_braking(memory: Memory, rules: BrakeSettings, now: float) -> Reason:
     """Return why it brakes."""
     value, threshold, _ = memory.judgement
     if value < threshold:
@@ -78,7 +78,7 @@ def why_braking(memory: Memory, rules: Rules, now: float) -> Reason:
     return Reason.STANDSTILL if stands else Reason.HOLD
 
 
-def why_not_braking(memory: Memory, rules: Rules) -> tuple[Command, Reason]:
+def why_not_braking(memory: Memory, rules: BrakeSettings) -> tuple[Command, Reason]:
     """Return what there is to say where it does not brake, and why."""
     value, threshold, sight = memory.judgement
     if value < rules.warn_at * threshold:

@@ -5,15 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast._validate import finite, flag
 from ttc_fast.brake.answer import answer, watch
-from ttc_fast.brake.arguments import finite
 from ttc_fast.brake.command import Command
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.eyes import Eyes, Frame
-from ttc_fast.brake.inputs import checked_estimate, checked_flag, checked_motion, several, wish_of
+from ttc_fast.brake.inputs import checked_estimate, checked_motion, several, wish_of
 from ttc_fast.brake.memory import CLOCK_TOLERANCE, Memory
-from ttc_fast.brake.rules import Rules
+from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.brake.sight import Motion
+from ttc_fast.brake.votes import VoteRule
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -118,9 +119,8 @@ class BrakeController:
         min_returns: int = 0,
         when_blind: Command = Command.BRAKE,
     ) -> None:
-        self._eyes = Eyes(scan, path, range_rate, time_increment, horizon)
-        self._first, *self._others = self._eyes.check(criteria if criteria is not None else self._default())
-        self._rules = Rules(
+        self._rules = BrakeSettings(
+            horizon=horizon,
             trigger=trigger,
             release=release,
             warn_at=warn_at,
@@ -133,6 +133,10 @@ class BrakeController:
             min_returns=min_returns,
             when_blind=when_blind,
         )
+        self._trigger, self._release = VoteRule(trigger), VoteRule(release)
+        self._brakes_blind = when_blind == Command.BRAKE
+        self._eyes = Eyes(scan, path, range_rate, time_increment, horizon)
+        self._first, *self._others = self._eyes.check(criteria if criteria is not None else self._default())
         self._memory = Memory()
 
     def _default(self) -> list[Criterion]:
@@ -199,7 +203,7 @@ class BrakeController:
         now = finite("now", now)
         memory, rules = self._memory, self._rules
         wish = None if commanded is None else wish_of(commanded)
-        override = override if type(override) is bool else checked_flag("override", override)
+        override = override if type(override) is bool else flag("override", override)
         if motion is not None:
             self._take(motion, now)
         if estimate is not None:
@@ -214,7 +218,7 @@ class BrakeController:
         elif estimate is not None and self._eyes.only_estimates:
             self._look(Frame(now, estimate.stamp, None, None, estimate), wish)
         unsafe = watch(memory, rules, now)
-        if unsafe is not None and rules.brakes_blind:
+        if unsafe is not None and self._brakes_blind:
             memory.brake(now, None)
         return answer(memory, rules, now, unsafe, override)
 
@@ -238,7 +242,7 @@ class BrakeController:
         memory.frames += 1
         memory.frame_at = stamp
         if not self._sees(scene, stamp):
-            memory.clears = rules.release.cast(memory.clears, False)
+            memory.clears = self._release.cast(memory.clears, False)
             return
         memory.criterion, memory.judgement = self._worst(scene)
         memory.rests_in_contact = False
@@ -249,8 +253,8 @@ class BrakeController:
         if clear and memory.braking:
             clear = self._would_be_clear(frame, motion, wish)
         triggered = value < threshold
-        memory.triggers = rules.trigger.cast(memory.triggers, triggered)
-        memory.clears = rules.release.cast(memory.clears, clear)
+        memory.triggers = self._trigger.cast(memory.triggers, triggered)
+        memory.clears = self._release.cast(memory.clears, clear)
         if triggered or memory.braking:
             self._count(now, triggered, motion)
 
@@ -281,9 +285,9 @@ class BrakeController:
         """Begin or end braking when the votes carry."""
         memory, rules = self._memory, self._rules
         if triggered:
-            if memory.braking or rules.trigger.carried(memory.triggers):
+            if memory.braking or self._trigger.carried(memory.triggers):
                 memory.brake(now, motion)
-        elif rules.release.carried(memory.clears) and now - memory.triggered_at >= rules.hold:
+        elif self._release.carried(memory.clears) and now - memory.triggered_at >= rules.hold:
             memory.braking = False
             memory.triggers = 0
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from ttc_fast._core import rss_longitudinal_distance, stopping_distance
-from ttc_fast.brake.arguments import above_zero, not_negative
+from ttc_fast._settings import Number, check_fields, setting
 from ttc_fast.brake.scene import NOTHING, Criterion, Judgement, Looks
 
 if TYPE_CHECKING:
@@ -19,16 +19,20 @@ if TYPE_CHECKING:
     from ttc_fast.brake.sight import Sight
 
 
+TIME = Number(unit="s", positive=True)
+BRAKING = Number(unit="m/s^2", positive=True)
+
+
 @dataclass(frozen=True)
 class TtcThreshold(Criterion):
     """What criteria have in common that compare a time-to-collision with a threshold."""
 
-    threshold: float = 1.5
+    threshold: float = setting(1.5, TIME, "It brakes when the TTC is below this.")
 
     unit: ClassVar[str] = "s"
 
     def __post_init__(self) -> None:
-        above_zero("threshold", self.threshold, "s")
+        check_fields(self)
 
 
 @dataclass(frozen=True)
@@ -162,18 +166,16 @@ class StoppingDistance(Criterion):
     0.2
     """
 
-    deceleration: float = 6.0
-    reaction_time: float = 0.1
-    margin: float = 0.2
+    deceleration: float = setting(6.0, BRAKING, "The vehicle's own when it brakes.")
+    reaction_time: float = setting(0.1, Number(unit="s", least=0.0), "From the decision to the brake's bite.")
+    margin: float = setting(0.2, Number(unit="m", least=0.0), "The distance that is left when the vehicle stands.")
 
     name: ClassVar[str] = "StoppingDistance"
     unit: ClassVar[str] = "m"
     looks: ClassVar[Looks] = Looks.NEAREST
 
     def __post_init__(self) -> None:
-        above_zero("deceleration", self.deceleration, "m/s^2")
-        not_negative("reaction_time", self.reaction_time, "s")
-        not_negative("margin", self.margin, "m")
+        check_fields(self)
 
     def judge(self, scene: Scene) -> Judgement:
         nearest = self._needed(scene.path or scene.beams)
@@ -225,20 +227,19 @@ class RssDistance(Criterion):
     6.0
     """
 
-    response_time: float = 0.1
-    acceleration_max: float = 2.0
-    braking_min: float = 6.0
-    braking_max: float = 8.0
+    response_time: float = setting(0.1, Number(unit="s", least=0.0), "The vehicle may accelerate for this long.")
+    acceleration_max: float = setting(
+        2.0, Number(unit="m/s^2", least=0.0), "The vehicle's greatest acceleration during the response time."
+    )
+    braking_min: float = setting(6.0, BRAKING, "The deceleration with which the vehicle brakes at least.")
+    braking_max: float = setting(8.0, BRAKING, "The deceleration with which the one ahead brakes at most.")
 
     name: ClassVar[str] = "RssDistance"
     unit: ClassVar[str] = "m"
     looks: ClassVar[Looks] = Looks.NEAREST
 
     def __post_init__(self) -> None:
-        not_negative("response_time", self.response_time, "s")
-        not_negative("acceleration_max", self.acceleration_max, "m/s^2")
-        above_zero("braking_min", self.braking_min, "m/s^2")
-        above_zero("braking_max", self.braking_max, "m/s^2")
+        check_fields(self)
 
     def judge(self, scene: Scene) -> Judgement:
         sight, target = scene.path or scene.beams, scene.estimate

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
-from ttc_fast.brake.arguments import number
+from ttc_fast._validate import number
 from ttc_fast.brake.scene import Looks, Scene
 from ttc_fast.brake.sight import STANDING, Sight, Source
 from ttc_fast.status import Status

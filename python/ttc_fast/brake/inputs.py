@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
-from ttc_fast.brake.arguments import finite, number
+from ttc_fast._validate import finite, interval, number
 from ttc_fast.brake.sight import Estimate, Motion
 from ttc_fast.status import Status
 
@@ -44,13 +42,6 @@ def several(ranges: Any, points: Any) -> ValueError:
     return ValueError(f"ranges must be one scan, of shape (beams,), got shape {tuple(ranges.shape)}")
 
 
-def checked_flag(argument: str, value: Any) -> bool:
-    """Return ``value``, if it is True or False."""
-    if not isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{argument} must be True or False, got {value!r}")
-    return bool(value)
-
-
 def checked_estimate(value: Any) -> Estimate:
     """Return an estimate, if its numbers make sense; what is not known is NaN or None."""
     try:
@@ -65,22 +56,9 @@ def checked_estimate(value: Any) -> Estimate:
     return Estimate(
         finite("estimate.stamp", estimate.stamp),
         ttc,
-        checked_interval("estimate.ttc_interval", estimate.ttc_interval),
+        interval("estimate.ttc_interval", estimate.ttc_interval),
         number("estimate.distance", estimate.distance),
         number("estimate.closing_speed", estimate.closing_speed),
-        checked_interval("estimate.closing_speed_interval", estimate.closing_speed_interval),
+        interval("estimate.closing_speed_interval", estimate.closing_speed_interval),
         estimate.status,
     )
-
-
-def checked_interval(argument: str, value: Any) -> tuple[float, float] | None:
-    """Return an interval, if its ends are in order."""
-    if value is None:
-        return None
-    try:
-        low, high = map(float, value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{argument} must be None or two numbers, got {value!r}") from None
-    if not low <= high:
-        raise ValueError(f"{argument} must be a lower end and an upper one, got {value!r}")
-    return low, high

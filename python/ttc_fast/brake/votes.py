@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import operator
-from typing import Any
-
 
 class VoteRule:
     """At least ``needed`` of the last ``frames`` frames, where frames that never were have voted no.
@@ -13,23 +10,14 @@ class VoteRule:
 
     Parameters
     ----------
-    argument : str
-        What the setting is called, for messages.
     rule : (int, int)
-        needed, frames.
+        needed, frames, as ``BrakeSettings`` checks them.
     """
 
     __slots__ = ("_mask", "_needed")
 
-    def __init__(self, argument: str, rule: Any) -> None:
-        wrong = f"{argument} must be two integers (N, M), N of the last M frames, with 1 <= N <= M <= 64; got {rule!r}"
-        try:
-            needed, frames = map(operator.index, rule)
-        except (TypeError, ValueError):
-            raise TypeError(wrong) from None
-        if not 1 <= needed <= frames <= 64:
-            raise ValueError(wrong)
-        self._needed = needed
+    def __init__(self, rule: tuple[int, int]) -> None:
+        self._needed, frames = rule
         self._mask = (1 << frames) - 1
 
     def cast(self, votes: int, vote: bool) -> int:

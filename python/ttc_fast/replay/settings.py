@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import Gate
-from ttc_fast.brake import BrakeController
+from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.configuration import Configuration, ConfigurationError
 from ttc_fast.logs import LogError
 
@@ -68,8 +67,7 @@ class Settings:
     @property
     def sensor_timeout(self) -> float:
         """The gap between frames from which the brake takes the sensor for lost, s."""
-        default = inspect.signature(BrakeController).parameters["sensor_timeout"].default
-        return float(self.configuration.brake.get("sensor_timeout", default))
+        return float(self.configuration.brake.get("sensor_timeout", BrakeSettings.sensor_timeout))
 
     def refuse_useless(self, path: Path, kind: str, uses: Collection[str]) -> None:
         """Refuse what is said of scanner or gate where a log has no use for it; a file may serve several kinds."""

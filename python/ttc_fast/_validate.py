@@ -1,0 +1,162 @@
+"""Checks of arguments and settings.
+
+Each check takes the name of the argument and its value, and returns the value in its own type. A value of the wrong
+type raises TypeError, one out of range ValueError; the message names the argument, says what would be right, and shows
+what was given.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+def number(argument: str, value: Any) -> float:
+    """Return ``value`` as a float. NaN and inf are numbers, True is none."""
+    try:
+        if isinstance(value, (str, bytes, bool)):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"{argument} must be a number, got {value!r}") from None
+
+
+def finite(argument: str, value: Any) -> float:
+    """Return ``value`` as a float if it is a finite number."""
+    result = value if type(value) is float else number(argument, value)
+    if not -math.inf < result < math.inf:
+        raise ValueError(f"{argument} must be finite, got {value}")
+    return result
+
+
+def positive(argument: str, value: Any, unit: str = "") -> float:
+    """Return ``value`` as a float if it is finite and above 0."""
+    if not 0.0 < number(argument, value) < math.inf:
+        raise ValueError(f"{argument} must be finite and above {_with_unit(0.0, unit)}, got {value}")
+    return float(value)
+
+
+def non_negative(argument: str, value: Any, unit: str = "") -> float:
+    """Return ``value`` as a float if it is finite and at least 0."""
+    return at_least(argument, value, 0.0, unit=unit)
+
+
+def at_least(argument: str, value: Any, least: float, reason: str = "", *, unit: str = "") -> float:
+    """Return ``value`` as a float if it is finite and at least ``least``; the message ends with the reason."""
+    if not least <= number(argument, value) < math.inf:
+        problem = f"{argument} must be finite and at least {_with_unit(least, unit)}, got {value}"
+        raise ValueError(f"{problem}: {reason}" if reason else problem)
+    return float(value)
+
+
+def not_nan(argument: str, value: Any) -> float:
+    """Return ``value`` as a float if it is a number and not NaN."""
+    if math.isnan(number(argument, value)):
+        raise ValueError(f"{argument} must be a number, inf included, got {value}")
+    return float(value)
+
+
+def count(argument: str, value: Any, least: int = 0, most: int | None = None) -> int:
+    """Return ``value`` as an int if it is a whole number from ``least`` to ``most``."""
+    try:
+        if isinstance(value, bool):
+            raise TypeError
+        result = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{argument} must be a whole number, got {value!r}") from None
+    if most is not None and not least <= result <= most:
+        raise ValueError(f"{argument} must be from {least} to {most}, got {value}")
+    if result < least:
+        raise ValueError(f"{argument} must be at least {least}, got {value}")
+    return result
+
+
+def flag(argument: str, value: Any) -> bool:
+    """Return ``value`` as a bool if it is True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{argument} must be True or False, got {value!r}")
+    return bool(value)
+
+
+def text(argument: str, value: Any) -> str:
+    """Return ``value`` if it is a string."""
+    if not isinstance(value, str):
+        raise TypeError(f"{argument} must be a text, got {value!r}")
+    return value
+
+
+def choice(argument: str, value: Any, options: Sequence[Any], reason: str = "") -> Any:
+    """Return ``value`` if it is one of the options; the message ends with the reason."""
+    if not any(value is option or (isinstance(value, (str, int)) and value == option) for option in options):
+        *names, last = [
+            f"{type(option).__name__}.{option.name}" if isinstance(option, Enum) else repr(option) for option in options
+        ]
+        problem = f"{argument} must be {', '.join(names)} or {last}, got {value!r}"
+        raise ValueError(f"{problem}: {reason}" if reason else problem)
+    return value
+
+
+def interval(argument: str, value: Any) -> tuple[float, float] | None:
+    """Return ``value`` as two floats, the lower one first, if it is an interval; None is an interval not known."""
+    if value is None:
+        return None
+    try:
+        low, high = map(float, value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{argument} must be None or two numbers, got {value!r}") from None
+    if not low <= high:
+        raise ValueError(f"{argument} must be a lower end and an upper one, got {value!r}")
+    return low, high
+
+
+def numbers(argument: str, value: Any, names: Sequence[str]) -> tuple[float, ...]:
+    """Return ``value`` as a tuple of floats if it has a number for each of the names."""
+    try:
+        if isinstance(value, (str, bytes)):
+            raise TypeError
+        result = tuple(number(argument, each) for each in value)
+    except TypeError:
+        raise TypeError(f"{argument} must be a list of numbers, got {value!r}") from None
+    if len(result) != len(names):
+        raise ValueError(f"{argument} must be {len(names)} numbers ({', '.join(names)}), got {value!r}")
+    return result
+
+
+def texts(argument: str, value: Any, what: str = "texts") -> tuple[str, ...]:
+    """Return ``value`` as a tuple if it is a list of strings; the message calls them ``what``."""
+    if not isinstance(value, (list, tuple)) or not all(isinstance(each, str) for each in value):
+        raise TypeError(f"{argument} must be a list of {what}, got {value!r}")
+    return tuple(value)
+
+
+def flags(argument: str, value: Any) -> Any:
+    """Return ``value`` if it is an array, or a list of True and False."""
+    if not isinstance(value, np.ndarray):
+        if not isinstance(value, (list, tuple)):
+            raise TypeError(f"{argument} must be a list of True and False, got {value!r}")
+        for index, each in enumerate(value):
+            flag(f"{argument}[{index}]", each)
+    return value
+
+
+def votes(argument: str, value: Any) -> tuple[int, int]:
+    """Return ``value`` as (N, M) if it can mean N of the last M frames."""
+    problem = f"{argument} must be two integers (N, M), N of the last M frames, with 1 <= N <= M <= 64; got {value!r}"
+    try:
+        needed, frames = map(operator.index, value)
+    except (TypeError, ValueError):
+        raise TypeError(problem) from None
+    if not 1 <= needed <= frames <= 64:
+        raise ValueError(problem)
+    return needed, frames
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value:g} {unit}".rstrip()
