@@ -72,7 +72,7 @@ wheel: ## build a manylinux wheel and test it in an empty environment, away from
 clean: ## remove everything that these commands made
 	rm -rf $(VENV) target build dist demo-out python/ttc_fast/_core*.so
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
-	find python tests benches tools -name __pycache__ -prune -exec rm -rf {} +
+	find python tests benches evaluation tools -name __pycache__ -prune -exec rm -rf {} +
 
 # `make demo path/to/log` is `make demo LOG=path/to/log`: the path is no target of its own.
 ifneq ($(filter demo,$(MAKECMDGOALS)),)

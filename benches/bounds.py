@@ -9,7 +9,7 @@ import numpy as np
 
 import ttc_fast
 from benches import native
-from benches.table import Report, time_of
+from evaluation.report import Report, time_of
 
 _SCAN, _CLOUD = np.array([2.0], np.float32), np.array([[8.0, 0.0, 0.0, 0.5]], np.float32)
 _NAMES: dict[str, Any] = {

@@ -10,11 +10,10 @@ from rich.progress import track
 
 from benches import bounds, latency, levels, machine
 from benches.clouds import street
-from benches.document import replace
 from benches.shortfalls import why
-from benches.table import Report, console, number, time_of
 from benches.timing import interleaved
 from benches.wanted import GROUPS, LEVELLED, LEVELS
+from evaluation.report import Report, console, number, time_of, write_into
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -43,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     if arguments.markdown:
         reasons = ["### Where it falls short", "", *(f"- {text}" for text in shortfalls or ["Nowhere."]), ""]
         parts = [machine.sentence(), "", table.markdown(), *reasons, *(report.markdown() for report in reports[1:])]
-        replace(arguments.markdown, "python -m benches.goals", "\n".join(parts))
+        write_into(arguments.markdown, "python -m benches.goals", "\n".join(parts))
 
 
 def goals(rounds: int) -> tuple[Report, list[str]]:

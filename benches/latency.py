@@ -16,8 +16,8 @@ from benches.clouds.street import FRAME
 from benches.contestant import Contestant
 from benches.scans import jobs
 from benches.scans.cases import Case as Scan
-from benches.table import Report, time_of
 from benches.timing import no_collection
+from evaluation.report import Report, time_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

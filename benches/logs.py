@@ -26,7 +26,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Bag2Writer
 from rosbags.typesys import Stores, get_typestore
 
-from benches.table import Report, console
+from evaluation.report import Report, console
 from ttc_fast import ScanSweptPath, ScanTTC
 from ttc_fast.logs import LogError, ScanLog, open_log
 from ttc_fast.logs.log import ReadErrors

@@ -16,9 +16,9 @@ from benches.clouds.cases import CASES as CLOUDS
 from benches.paths.cases import CASES as PATHS
 from benches.scans.cases import CASES as SCANS
 from benches.scans.rates import CASES as RATES
-from benches.table import Report, console, number, time_of
 from benches.timing import interleaved
 from benches.tracks.cases import CASES as TRACKS
+from evaluation.report import Report, console, number, time_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

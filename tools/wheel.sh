@@ -16,10 +16,10 @@ PATH="$checkout/build/wheel-tools/bin:$PATH" \
 build/wheel-test/bin/pip install --quiet --upgrade pip
 build/wheel-test/bin/pip install --quiet "$(echo dist/*.whl)[test]"
 
-# The tests alone go elsewhere: next to the checkout they could import its package instead of the wheel's.
+# The tests and the evaluations go elsewhere: in the checkout they could import its package instead of the wheel's.
 away=$(mktemp -d)
 trap 'rm -rf "$away"' EXIT
-cp -R tests pyproject.toml "$away"
+cp -R tests evaluation pyproject.toml "$away"
 if [ -z "${TTC_FAST_DATA:-}" ] && [ -d ../shared/data ]; then
     TTC_FAST_DATA=$(cd ../shared/data && pwd)
     export TTC_FAST_DATA

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import gzip
-import os
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from evaluation.recorded import DATA
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,7 +30,7 @@ STEPS = {
 }
 """Bytes from record to record, as drivers choose them, and where the fields are in each."""
 
-_FOLDER = Path(os.environ.get("TTC_FAST_DATA", Path(__file__).parents[3] / "shared" / "data")) / "kitti" / "velodyne"
+_FOLDER = DATA / "kitti" / "velodyne"
 SOURCE = "recorded KITTI frames" if _FOLDER.is_dir() else "our own frames of the same size: no recordings here"
 
 

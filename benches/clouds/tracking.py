@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ttc_fast
-from benches.accuracy import approach, recorded
 from benches.contestant import Contestant
+from evaluation import lidar, recorded
 from ttc_fast import reference
 
 if TYPE_CHECKING:
@@ -88,8 +88,8 @@ class Case:
 def _drive(kind: str) -> tuple[list[Any], ttc_fast.Gate]:
     if kind == "recorded" and recorded.clouds():
         return recorded.clouds()[:FRAMES], recorded.GATE
-    frames = approach.Approach(kind, 20.0, 3.0).frames(seed=1)[:FRAMES]
-    return [frame.points for frame in frames], approach.GATE
+    frames = lidar.Approach(kind, 20.0, 3.0).frames(seed=1)[:FRAMES]
+    return [frame.points for frame in frames], lidar.GATE
 
 
 KINDS = ("recorded", "simulated")

@@ -16,7 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from benches.ros.dds_node import SETTINGS
 from benches.ros.drive import FAR, NEAR, PATIENCE, SPEED, quantiles, resident
-from benches.table import Report, console
+from evaluation.report import Report, console
 from ttc_fast.ros.dds.encode import HEADER
 from ttc_fast.ros.dds.participant import Participant
 from ttc_fast.ros.dds.settings import DdsSettings

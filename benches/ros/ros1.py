@@ -22,7 +22,7 @@ from std_msgs.msg import Bool
 
 from benches.ros.drive import FAR, NEAR, PATIENCE, SPEED, quantiles, resident
 from benches.ros.ros1_node import SETTINGS, TimedNode
-from benches.table import Report, console
+from evaluation.report import Report, console
 from ttc_fast.ros.settings import NodeSettings
 
 if TYPE_CHECKING:

@@ -16,8 +16,7 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
-from benches.accuracy.approach import CHANGING, GATE, STEADY, Approach
-from benches.accuracy.scanner import Pose, Scanner, turn
+from evaluation.lidar import CHANGING, GATE, STEADY, Approach, Pose, Scanner, turn
 from tests.support.cloud_layouts import LAYOUTS
 from ttc_fast import Alignment, Gate, Status, reference
 

@@ -11,18 +11,17 @@ import numpy as np
 import pytest
 
 import ttc_fast
-from benches.accuracy import recorded
-from benches.accuracy.approach import CHANGING, GATE, STANDING, STEADY, Approach
-from benches.accuracy.distances import METHODS
-from benches.accuracy.methods import ESTIMATORS, TRACKED, WINDOW, WINDOWS, Line, Tracked, aligned
-from benches.accuracy.scanner import CAR, Pose, Scanner, first_hit, turn
-from benches.accuracy.table import on_recordings, on_simulation, simulate
+from evaluation import recorded
+from evaluation.accuracy import on_recordings, on_simulation, simulate
+from evaluation.lidar import CAR, CHANGING, GATE, STANDING, STEADY, Approach, Pose, Scanner, first_hit, turn
+from evaluation.methods import ESTIMATORS, TRACKED, WINDOW, WINDOWS, Line, Tracked, aligned
+from evaluation.tracking import METHODS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from benches.accuracy.approach import Frame
-    from benches.accuracy.score import Score
+    from evaluation.accuracy import Score
+    from evaluation.lidar import Frame
 
 COMPARED = ["k-th smallest, 10", "5 % quantile", "20 % quantile", "median"]
 """The best of them on either; the table has all."""

@@ -9,13 +9,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benches.closed_loop import drive as driving
-from benches.closed_loop.car import BODY, Brake, Plan, Pose, slowed, step
-from benches.closed_loop.drive import OUTLINE, Drive, Truth, braked_from, drives, true_ttc, truth_of, with_brake
-from benches.closed_loop.scanner import ANGLES, BEAMS, RANGE_MAX, Scanner
-from benches.closed_loop.scenarios import KINDS, Scenario, scenario
-from benches.closed_loop.table import kinds, table
-from benches.closed_loop.world import Mover, World, box, chain, touch
+from evaluation.closed_loop import drive as driving
+from evaluation.closed_loop.__main__ import kinds, table
+from evaluation.closed_loop.drive import OUTLINE, Drive, Truth, braked_from, drives, true_ttc, truth_of, with_brake
+from evaluation.closed_loop.scenarios import KINDS, Scenario, scenario
+from evaluation.closed_loop.simulator import (
+    ANGLES,
+    BEAMS,
+    BODY,
+    RANGE_MAX,
+    Brake,
+    Mover,
+    Plan,
+    Pose,
+    Scanner,
+    World,
+    box,
+    chain,
+    slowed,
+    step,
+    touch,
+)
 from ttc_fast import BrakeController, Command, IttcThreshold, SweptPathThreshold
 
 SEED, RUNS = 3, 4 * len(KINDS)

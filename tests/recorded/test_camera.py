@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
-import subprocess
-import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 import ttc_fast
+from evaluation.camera import estimated, estimators
 from ttc_fast import (
     Consensus,
     LeastSquares,
@@ -27,9 +24,10 @@ from ttc_fast import (
 from ttc_fast.compat.udacity_camera import compute_ttc_camera, ordered_ratios
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import NDArray
 
-ROOT = Path(__file__).parents[2]
 ESTIMATORS: list[Any] = [MedianRatio(), TrimmedMeanRatio(0.25), LeastSquares(), Consensus()]
 
 
@@ -77,11 +75,7 @@ def test_the_lesson_by_the_reference(data: Path, name: str, dtype: Any, estimato
 @pytest.fixture(scope="module")
 def errors(data: Path) -> dict[str, dict[str, list[float]]]:
     """What the table in the documentation is made of: relative errors, by estimator and detector."""
-    if not (ROOT / "benches").is_dir():
-        pytest.skip("the benchmarks are not beside the tests")
-    command = [sys.executable, "-m", "benches.camera.accuracy", "--json", "--data", str(data.resolve())]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    return {name: found["errors"] for name, found in json.loads(done.stdout).items()}
+    return {name: estimated(data, estimator).errors for name, estimator in estimators().items()}
 
 
 @pytest.mark.parametrize("name", ["Consensus()", *(f"Consensus(seed={seed})" for seed in range(1, 6))])

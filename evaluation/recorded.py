@@ -16,7 +16,9 @@ from ttc_fast import Gate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-FOLDER = Path(os.environ.get("TTC_FAST_DATA", Path(__file__).parents[3] / "shared" / "data")) / "kitti"
+DATA = Path(os.environ.get("TTC_FAST_DATA", Path(__file__).parents[2] / "shared" / "data"))
+"""The recordings, whose licences forbid shipping them."""
+FOLDER = DATA / "kitti"
 GATE = Gate(x=(2.0, 20.0), y=(-2.0, 2.0), z=(-1.5, -0.9), intensity=(0.1, 1.0))
 """The crop of the reference."""
 FIRST = 6

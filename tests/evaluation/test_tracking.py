@@ -2,41 +2,36 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
 import ttc_fast
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-distances = pytest.importorskip("benches.accuracy.distances", reason="needs the benchmarks of the checkout")
-approaches = pytest.importorskip("benches.accuracy.approaches", reason="needs the benchmarks of the checkout")
+from evaluation.tracking import KINDS, METHODS, Score, labelled, scored, simulated, standing
 
 COUNT = 40
 
-every_method = pytest.mark.parametrize("method", distances.METHODS, ids=repr)
+every_method = pytest.mark.parametrize("method", METHODS, ids=repr)
 
 
-def share(score: Any) -> tuple[float, float]:
+def share(score: Score) -> tuple[float, float]:
     return float(np.mean(score.speeds)), float(np.mean(score.times))
 
 
 @pytest.mark.parametrize("noise", [None, 0.03])
-@pytest.mark.parametrize("kind", approaches.KINDS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_default_holds_the_truth_in_about_nine_of_ten_frames(kind: str, noise: float | None) -> None:
     """Each kind of motion by itself. Where the gap opens the true TTC is inf, which most intervals hold."""
-    speeds, times = share(distances.scored(ttc_fast.KalmanCA(), approaches.simulated(kind, COUNT), noise))
+    speeds, times = share(scored(ttc_fast.KalmanCA(), simulated(kind, COUNT), noise))
     assert 0.86 <= speeds <= 0.97
     assert 0.86 <= times <= 0.99
 
 
 @every_method
 def test_every_method_holds_it_over_all_motions(method: Any) -> None:
-    every = (each for kind in approaches.KINDS for each in approaches.simulated(kind, COUNT // 2))
-    score = distances.scored(method, every)
+    every = (each for kind in KINDS for each in simulated(kind, COUNT // 2))
+    score = scored(method, every)
     assert 0.85 <= share(score)[0] <= 0.98
     assert score.wrong == 0
     assert score.missed <= 0.03 * score.soon
@@ -45,14 +40,14 @@ def test_every_method_holds_it_over_all_motions(method: Any) -> None:
 @every_method
 @pytest.mark.parametrize("rate", [10.0, 25.0])
 def test_a_standing_car_has_no_ttc(method: Any, rate: float) -> None:
-    score = distances.scored(method, approaches.standing(COUNT, rate))
+    score = scored(method, standing(COUNT, rate))
     assert min(score.ttcs) >= 20.0
 
 
 @every_method
-def test_labelled_lead_vehicles(method: Any, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TTC_FAST_DATA", str(data))
-    score = distances.scored(method, dict(approaches.labelled()).values())
+@pytest.mark.usefixtures("data")
+def test_labelled_lead_vehicles(method: Any) -> None:
+    score = scored(method, dict(labelled()).values())
     assert len(score.speeds) > 500
     speeds, times = share(score)
     assert speeds >= 0.85

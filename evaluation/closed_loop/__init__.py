@@ -1,4 +1,4 @@
 """Thousands of simulated drives with the brake controller in the loop: does it crash, and does it stop for nothing?
 
-``python -m benches.closed_loop`` runs them and prints the tables.
+``python -m evaluation.closed_loop`` runs them and prints the tables.
 """

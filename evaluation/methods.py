@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 
 import ttc_fast
-from benches.accuracy.distances import METHODS
+from evaluation.tracking import METHODS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benches.closed_loop.car import BODY, Plan
-from benches.closed_loop.scanner import Scanner
-from benches.closed_loop.world import Mover, World, arc, box, chain
+from evaluation.closed_loop.simulator import BODY, Mover, Plan, Scanner, World, arc, box, chain
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -1,19 +1,17 @@
-"""How near the truth each camera estimator comes on recorded matches: ``python -m benches.camera.accuracy``."""
+"""How near the truth each camera estimator comes on recorded matches: ``python -m evaluation.camera``."""
 
 from __future__ import annotations
 
 import argparse
 import csv
 import gzip
-import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from benches.document import replace
-from benches.table import Report, console
+from evaluation.recorded import DATA
+from evaluation.report import Report, console, write_into
 from ttc_fast import Consensus, LeastSquares, MedianRatio, TrimmedMeanRatio, ttc_from_keypoints
 
 if TYPE_CHECKING:
@@ -52,13 +50,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Ask every estimator about every pair, and print the table."""
     arguments = _parser().parse_args(argv)
     found = {name: estimated(arguments.data, estimator) for name, estimator in estimators().items()}
-    if arguments.json:
-        print(json.dumps({name: each._asdict() for name, each in found.items()}))
-        return
     table = report(found)
     console().print(table.rich())
     if arguments.markdown:
-        replace(arguments.markdown, "python -m benches.camera.accuracy", table.markdown())
+        write_into(arguments.markdown, "python -m evaluation.camera", table.markdown())
 
 
 def estimators() -> dict[str, Any]:
@@ -126,12 +121,8 @@ def _lesson(data: Path, name: str) -> Matches:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benches.camera.accuracy", description=__doc__)
-    recordings = os.environ.get("TTC_FAST_DATA", "../shared/data")
-    parser.add_argument(
-        "--data", type=Path, default=Path(recordings), help="the recordings (TTC_FAST_DATA, or %(default)s)"
-    )
-    parser.add_argument("--json", action="store_true", help="print every error instead of the table")
+    parser = argparse.ArgumentParser(prog="python -m evaluation.camera", description=__doc__)
+    parser.add_argument("--data", type=Path, default=DATA, help="the recordings (TTC_FAST_DATA, or %(default)s)")
     parser.add_argument("--markdown", type=Path, metavar="FILE", help="put the table between the marks there")
     return parser
 

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benches.closed_loop.car import BODY, Brake, Pose, slowed, step
-from benches.closed_loop.scenarios import Scenario, scenario
-from benches.closed_loop.world import seen_from, touch
+from evaluation.closed_loop.scenarios import Scenario, scenario
+from evaluation.closed_loop.simulator import BODY, Brake, Pose, seen_from, slowed, step, touch
 from ttc_fast import BrakeController, Command, Motion
 
 if TYPE_CHECKING:

@@ -1,24 +1,72 @@
-"""Every method on simulated approaches and on recorded frames."""
+"""How far each method is off, on simulated approaches and on recorded frames: ``python -m evaluation.accuracy``."""
 
 from __future__ import annotations
 
+import argparse
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benches.accuracy import recorded
-from benches.accuracy.approach import CHANGING, GATE, STEADY
-from benches.accuracy.methods import ALIGNMENT, aligned, groups, methods
-from benches.accuracy.scanner import Scanner
-from benches.accuracy.score import SLOWEST, Score, score
+from evaluation import recorded
+from evaluation.lidar import CHANGING, GATE, STEADY, Scanner
+from evaluation.methods import ALIGNMENT, aligned, groups, methods
+from evaluation.report import write_into
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from benches.accuracy.approach import Approach, Frame
-    from benches.accuracy.methods import Method
+    from evaluation.lidar import Approach, Frame
+    from evaluation.methods import Answer, Method
+
+SLOWEST = 0.3
+"""m/s: whatever closes more slowly has no time-to-collision to be off from."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """Relative errors of the time-to-collision, and what else matters about it."""
+
+    median: float
+    most: float
+    """In nine frames of ten it is no larger."""
+    largest: float
+    negative: int
+    """Frames in which a car that comes closer was taken to go away."""
+    jitter: float
+    """Standard deviation, robust, of how the error changes from frame to frame."""
+    inside: float
+    """Share of frames with the truth inside the interval, of those with one; NaN if there is none."""
+
+
+def score(runs: Sequence[tuple[Sequence[Answer], Sequence[float]]]) -> Score:
+    """Of runs: answers, and the true times beside them, NaN where none counts."""
+    errors: list[float] = []
+    changes: list[float] = []
+    inside: list[bool] = []
+    negative = 0
+    for answers, truths in runs:
+        before = np.nan
+        for answer, truth in zip(answers, truths, strict=True):
+            if np.isnan(truth):
+                before = np.nan
+                continue
+            error = (answer.ttc - truth) / truth
+            negative += answer.closing_speed <= 0.0
+            errors.append(abs(error))
+            if answer.interval is not None:
+                inside.append(answer.interval[0] <= truth <= answer.interval[1])
+            if np.isfinite(error) and np.isfinite(before):
+                changes.append(error - before)
+            before = error
+    # An infinite error has no neighbour to interpolate with: the next larger one stands.
+    median, most = np.quantile(errors, [0.5, 0.9], method="higher")
+    jitter = 1.4826 * float(np.median(np.abs(changes))) if changes else np.nan
+    share = float(np.mean(inside)) if inside else np.nan
+    return Score(float(median), float(most), float(np.max(errors)), negative, jitter, share)
+
 
 WARM = 5
 """Frames of each approach that warm methods up."""
@@ -136,3 +184,20 @@ def tables(seeds: int) -> str:
 
 def _joined(scores: Mapping[str, Score]) -> str:
     return "".join(f"\n{line}" for line in beside_the_best(scores))
+
+
+def main() -> None:
+    """Make the tables, and put them where they belong."""
+    parser = argparse.ArgumentParser(prog="python -m evaluation.accuracy", description=__doc__)
+    parser.add_argument("--markdown", type=Path, help="a document whose tables are replaced, such as docs/accuracy.md")
+    parser.add_argument("--seeds", type=int, default=4, help="how often each approach is simulated")
+    chosen = parser.parse_args()
+    made = tables(chosen.seeds)
+    if chosen.markdown is None:
+        print(made)
+        return
+    write_into(chosen.markdown, "python -m evaluation.accuracy", made)
+
+
+if __name__ == "__main__":
+    main()

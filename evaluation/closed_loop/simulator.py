@@ -1,0 +1,223 @@
+"""The simulated car, its scanner, and what surrounds them: line segments in the plane."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ttc_fast import ScanTTC
+
+BODY = (-0.1, 0.4, -0.15, 0.15)
+"""x_rear, x_front, y_right, y_left about the rear axle, m: a car of a tenth of the size."""
+
+
+class Pose(NamedTuple):
+    """Where it is, and how fast."""
+
+    x: float
+    y: float
+    heading: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the driver does without a brake: a speed, held or changed evenly, and a steady bend."""
+
+    speed: float
+    """m/s; negative when reversing."""
+    acceleration: float = 0.0
+    """m/s^2, down to a stop."""
+    top_speed: float = 8.0
+    """m/s, without sign."""
+    curvature: float = 0.0
+    """1/m, to the left."""
+
+    def wanted(self, time: float) -> float:
+        """The speed at a time, m/s."""
+        speed = abs(self.speed) + self.acceleration * time
+        return math.copysign(max(0.0, min(speed, self.top_speed)), self.speed)
+
+
+@dataclass(frozen=True)
+class Brake:
+    """How it brakes."""
+
+    deceleration: float = 6.0
+    """m/s^2."""
+    delay: float = 0.05
+    """From the command to the bite, s."""
+
+
+def step(pose: Pose, curvature: float, speed: float, dt: float) -> Pose:
+    """Drive on along the bend for ``dt``, at the mean of the old and the new speed: exact on a circle."""
+    way = 0.5 * (pose.speed + speed) * dt
+    turn = curvature * way
+    chord = way * (math.sin(turn / 2.0) / (turn / 2.0) if turn else 1.0)
+    direction = pose.heading + turn / 2.0
+    return Pose(pose.x + chord * math.cos(direction), pose.y + chord * math.sin(direction), pose.heading + turn, speed)
+
+
+def slowed(speed: float, deceleration: float, dt: float) -> float:
+    """A speed after braking for ``dt``."""
+    return math.copysign(max(abs(speed) - deceleration * dt, 0.0), speed)
+
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Mover:
+    """Something that moves by itself along a straight line, and may brake."""
+
+    segments: Floats
+    """(S, 4): x and y of both ends at time 0, m."""
+    velocity: tuple[float, float]
+    """m/s, until it brakes."""
+    brakes_at: float = np.inf
+    """s."""
+    deceleration: float = 6.0
+    """m/s^2, to a stop."""
+
+    def travelled(self, time: float) -> float:
+        """How long it has been under way, in seconds of its first speed."""
+        speed = float(np.hypot(*self.velocity))
+        after = max(time - self.brakes_at, 0.0)
+        if speed == 0.0 or after == 0.0:
+            return time
+        after = min(after, speed / self.deceleration)
+        return self.brakes_at + after - self.deceleration * after**2 / (2.0 * speed)
+
+    def at(self, time: float) -> Floats:
+        """Where it is."""
+        return self.segments + np.tile(self.velocity, 2) * self.travelled(time)
+
+
+@dataclass(frozen=True)
+class World:
+    """Everything there is to hit."""
+
+    walls: Floats
+    """(S, 4), m."""
+    movers: tuple[Mover, ...] = field(default=())
+
+    def at(self, time: float) -> Floats:
+        """All segments."""
+        return np.concatenate([self.walls, *(mover.at(time) for mover in self.movers)])
+
+
+def box(x: float, y: float, length: float, width: float, heading: float = 0.0) -> Floats:
+    """The four sides of a rectangle about (x, y)."""
+    corners = np.array([[-length, -width], [length, -width], [length, width], [-length, width]]) / 2.0
+    cos, sin = np.cos(heading), np.sin(heading)
+    return chain(corners @ np.array([[cos, sin], [-sin, cos]]) + [x, y], closed=True)
+
+
+def chain(points: Any, closed: bool = False) -> Floats:
+    """Segments from point to point."""
+    points = np.asarray(points, np.float64)
+    ends = np.roll(points, -1, axis=0)
+    joined = np.hstack([points, ends])
+    return joined if closed else joined[:-1]
+
+
+def arc(radius: float, begin: float, end: float, x: float, y: float, pieces: int = 48) -> Floats:
+    """A piece of a circle about (x, y)."""
+    angles = np.linspace(begin, end, pieces + 1)
+    return chain(np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)]))
+
+
+def seen_from(segments: Floats, x: Any, y: Any, heading: Any) -> Floats:
+    """The same segments in the frame of somebody at (x, y); of many, if these are arrays, in a first axis."""
+    x, y, heading = (np.asarray(each)[..., np.newaxis] for each in (x, y, heading))
+    cos, sin = np.cos(heading), np.sin(heading)
+    ends = []
+    for end in (0, 2):
+        east, north = segments[:, end] - x, segments[:, end + 1] - y
+        ends += [cos * east + sin * north, cos * north - sin * east]
+    return np.stack(ends, axis=-1)
+
+
+def touch(segments: Floats, outline: tuple[float, float, float, float]) -> NDArray[np.bool_]:
+    """Whether any of the segments (..., S, 4), in the vehicle's frame, meets the outline: clipped against its edges."""
+    x_rear, x_front, y_right, y_left = outline
+    begin, along = segments[..., :2], segments[..., 2:] - segments[..., :2]
+    enter, leave = np.zeros(segments.shape[:-1]), np.ones(segments.shape[:-1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for axis, low, high in ((0, x_rear, x_front), (1, y_right, y_left)):
+            at, way = begin[..., axis], along[..., axis]
+            one, other = (low - at) / way, (high - at) / way
+            inside = (at >= low) & (at <= high)
+            enter = np.maximum(enter, np.where(way == 0.0, np.where(inside, 0.0, np.inf), np.minimum(one, other)))
+            leave = np.minimum(leave, np.where(way == 0.0, np.where(inside, 1.0, -np.inf), np.maximum(one, other)))
+    touched: NDArray[np.bool_] = np.any(enter <= leave, axis=-1)
+    return touched
+
+
+BEAMS = 361
+ANGLE_MIN = -0.75 * np.pi
+INCREMENT = 1.5 * np.pi / (BEAMS - 1)
+RANGE_MIN, RANGE_MAX = 0.05, 20.0
+ANGLES = ANGLE_MIN + INCREMENT * np.arange(BEAMS)
+DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """What is wrong with it, and where it sits."""
+
+    mount: tuple[float, float, float] = (0.25, 0.0, 0.0)
+    """x, y (m) and yaw (rad) in the vehicle frame."""
+    noise: float = 0.015
+    """Standard deviation of a reading, m."""
+    dropouts: float = 0.02
+    """Share of readings that are missing."""
+    speckle: float = 0.0005
+    """Share of readings that are anything nearer than the truth: dust, rain, sun."""
+    latency: float = 0.02
+    """From measuring to deciding, s."""
+    period: float = 0.025
+    """s."""
+    blind_from: float = np.inf
+    """When it goes blind, s."""
+
+    def scan(self, time: float, segments: Floats, rng: np.random.Generator) -> Floats:
+        """Readings of segments in the vehicle's frame."""
+        if time >= self.blind_from:
+            return np.full(BEAMS, np.nan)
+        ranges = distances(seen_from(segments, *self.mount))
+        ranges += rng.normal(0.0, self.noise, BEAMS)
+        ranges[ranges > RANGE_MAX] = np.inf
+        speckled = rng.random(BEAMS) < self.speckle
+        ranges[speckled] = rng.uniform(RANGE_MIN, np.minimum(ranges[speckled], RANGE_MAX))
+        ranges[rng.random(BEAMS) < self.dropouts] = np.nan
+        return ranges
+
+    def reader(self, outline: tuple[float, float, float, float]) -> ScanTTC:
+        """What reads it."""
+        return ScanTTC(
+            ANGLE_MIN,
+            INCREMENT,
+            BEAMS,
+            range_min=RANGE_MIN,
+            range_max=RANGE_MAX,
+            mount=self.mount,
+            outline=outline,
+        )
+
+
+def distances(segments: Floats) -> Floats:
+    """Of the nearest segment along each beam, in the scanner's frame; infinite without one."""
+    begin, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
+    across = DIRECTIONS[:, :1] * along[:, 1] - DIRECTIONS[:, 1:] * along[:, 0]
+    area = begin[:, 0] * along[:, 1] - begin[:, 1] * along[:, 0]
+    offset = begin[:, 0] * DIRECTIONS[:, 1:] - begin[:, 1] * DIRECTIONS[:, :1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance, part = area / across, offset / across
+    hit = (distance > 0.0) & (part >= 0.0) & (part <= 1.0)
+    nearest: Floats = np.min(np.where(hit, distance, np.inf), axis=1, initial=np.inf)
+    return nearest
