@@ -236,7 +236,9 @@ def test_no_state_makes_a_wrong_answer(seed: int, method: Any, spoiled: int) -> 
         tracker.update(*frame)
     state = tracker.state()
     numbers = list(state["numbers"])
-    numbers[spoiled % len(numbers)] = float(rng.choice([0.0, -1.0, 1e308, -1e308, 1.0, 3.0]))
+    numbers[spoiled % len(numbers)] = float(
+        rng.choice([0.0, -1.0, 1e308, -1e308, 1.0, 3.0, math.nan, math.inf, -math.inf])
+    )
     copy = DistanceTracker(method)
     try:
         copy.restore(state | {"numbers": numbers})

@@ -1,4 +1,7 @@
 //! The memory of a tracker as a list of numbers, to be kept and taken up again.
+//!
+//! Stamps are finite and in order, and counts are whole. Every other number may be infinite or NaN, because squares of
+//! large distances overflow: a tracker takes up every state that it gave.
 
 use super::answer::TrackedTtc;
 use super::filter::Filter;
@@ -45,7 +48,7 @@ impl DistanceTracker {
         let origin = reader.any()?;
         self.origin = origin.is_finite().then_some(origin);
         self.newest = reader.finite()?;
-        (self.noise.sum, self.noise.weight) = (reader.at_least(0.0)?, reader.at_least(0.0)?);
+        (self.noise.sum, self.noise.weight) = (reader.not_negative()?, reader.not_negative()?);
         let [ttc, distance, closing_speed] = reader.many(Reader::any)?;
         let status = Status::ALL.get(reader.count(Status::ALL.len() - 1)?).copied()?;
         let mut ends = || {
@@ -88,7 +91,7 @@ fn read_track(reader: &mut Reader<'_>, track: &mut Track) -> Option<()> {
     track.run = u32::try_from(reader.count(u32::MAX as usize)?).ok()?;
     track.whiteness = read_whiteness(reader)?;
     track.last = read_measured(reader)?;
-    [track.standing.last, track.standing.spread] = reader.many(Reader::finite)?;
+    [track.standing.last, track.standing.spread] = reader.many(Reader::any)?;
     read_recursive(reader, &mut track.standing.line)?;
     match &mut track.filter {
         Filter::Recursive(filter) => read_recursive(reader, filter),
@@ -105,7 +108,7 @@ fn write_whiteness(out: &mut Vec<f64>, whiteness: &Whiteness) {
 }
 
 fn read_whiteness(reader: &mut Reader<'_>) -> Option<Whiteness> {
-    let [last, products, squares] = reader.many(Reader::finite)?;
+    let [last, products, squares] = reader.many(Reader::any)?;
     Some(Whiteness { last, products, squares })
 }
 
@@ -114,7 +117,8 @@ fn write_measured(out: &mut Vec<f64>, measured: &Measured) {
 }
 
 fn read_measured(reader: &mut Reader<'_>) -> Option<Measured> {
-    let [stamp, distance, variance] = reader.many(Reader::finite)?;
+    let stamp = reader.finite()?;
+    let [distance, variance] = reader.many(Reader::any)?;
     Some(Measured { stamp, distance, variance, own: reader.count(1)? == 1 })
 }
 
@@ -126,7 +130,7 @@ fn write_recursive(out: &mut Vec<f64>, filter: &Recursive) {
 fn read_recursive(reader: &mut Reader<'_>, filter: &mut Recursive) -> Option<()> {
     filter.frames = u32::try_from(reader.count(u32::MAX as usize)?).ok()?;
     filter.stamp = reader.finite()?;
-    filter.state = State { mean: reader.many(Reader::finite)?, covariance: reader.many(Reader::finite)? };
+    filter.state = State { mean: reader.many(Reader::any)?, covariance: reader.many(Reader::any)? };
     Some(())
 }
 
@@ -146,14 +150,16 @@ impl Reader<'_> {
         self.any().filter(|value| value.is_finite())
     }
 
-    fn at_least(&mut self, least: f64) -> Option<f64> {
-        self.finite().filter(|value| *value >= least)
+    fn not_negative(&mut self) -> Option<f64> {
+        self.any().filter(|value| value.is_nan() || *value >= 0.0)
     }
 
     /// A whole number up to `most`.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole and in range")]
     fn count(&mut self, most: usize) -> Option<usize> {
-        self.at_least(0.0).filter(|value| value.fract() == 0.0 && *value <= most as f64).map(|value| value as usize)
+        self.finite()
+            .filter(|value| *value >= 0.0 && value.fract() == 0.0 && *value <= most as f64)
+            .map(|value| value as usize)
     }
 
     fn many<const N: usize>(&mut self, mut one: impl FnMut(&mut Self) -> Option<f64>) -> Option<[f64; N]> {
