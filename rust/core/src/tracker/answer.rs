@@ -1,27 +1,27 @@
 //! From a posterior of distance and closing speed to a time-to-collision with its interval.
 
-use super::posterior::Posterior;
+use super::filter::Posterior;
 use crate::status::Status;
 
-/// Time-to-collision over several frames, and what it rests on. Intervals hold 90 %.
+/// Time-to-collision over several frames, with its 90 % intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackedTtc {
-    /// s, in [0, inf]; infinite where nothing closes or too little is known.
+    /// Time-to-collision, s, in [0, inf]; infinite where nothing closes or too little is known.
     pub ttc: f64,
-    /// s; the upper end is infinite where the gap may not be closing. None while warming up.
+    /// Lower and upper end, s; the upper end is infinite where the gap may not be closing. `None` while warming up.
     pub ttc_interval: Option<[f64; 2]>,
-    /// Distance to contact, m. NaN without a target.
+    /// Distance to contact, m. NaN without a target, infinite when clear.
     pub distance: f64,
-    /// m/s, positive when approaching. NaN while warming up and without a target.
+    /// Closing speed, m/s, positive when approaching. NaN while warming up and without a target.
     pub closing_speed: f64,
-    /// m/s. None while warming up.
+    /// Lower and upper end, m/s. `None` while warming up.
     pub closing_speed_interval: Option<[f64; 2]>,
-    /// What it means.
+    /// What the numbers mean.
     pub status: Status,
 }
 
 impl TrackedTtc {
-    /// Nothing to go by.
+    /// An answer without a motion: nothing is known but the status and perhaps a distance.
     pub(crate) fn nothing(status: Status, distance: f64) -> Self {
         TrackedTtc {
             ttc: f64::INFINITY,
@@ -33,13 +33,13 @@ impl TrackedTtc {
         }
     }
 
-    /// Nothing but where it is. Contact is the more urgent news than how little else is known.
+    /// An answer that knows no more than the distance. Contact outranks the status, as the more urgent news.
     pub(crate) fn only_where(status: Status, distance: f64) -> Self {
         TrackedTtc::nothing(if distance <= 0.0 { Status::Contact } else { status }, distance)
     }
 
-    /// What a posterior says; `quantile` is half an interval in standard deviations, and `closes` whether the closing
-    /// speed counts as one.
+    /// The answer that a posterior gives. `quantile` is half an interval in standard deviations, and `closes` says whether the
+    /// gap closes.
     pub(super) fn new(posterior: Posterior, quantile: f64, closes: bool) -> Self {
         let Posterior { distance, closing_speed, vv, .. } = posterior;
         let half = quantile * vv.sqrt();
@@ -69,9 +69,9 @@ impl TrackedTtc {
     }
 }
 
-/// All times `T >= 0` for which `distance - T closing_speed` is within `quantile` standard deviations of 0 (Fieller 1954).
+/// The interval of all times `T >= 0` for which `distance - T closing_speed` is within `quantile` standard deviations of 0 (Fieller 1954).
 ///
-/// That is `g T^2 - 2 b T + c <= 0`, with g below 0 where the closing speed may be 0: the times then have no upper end.
+/// The condition is `g T^2 - 2 b T + c <= 0`. Where the closing speed may be 0, g is below 0 and the times have no upper end.
 fn ratio_interval(posterior: Posterior, quantile: f64) -> [f64; 2] {
     let Posterior { distance, closing_speed, dd, dv, vv, .. } = posterior;
     let squared = quantile * quantile;
@@ -96,10 +96,10 @@ fn ratio_interval(posterior: Posterior, quantile: f64) -> [f64; 2] {
 mod tests {
     use super::{TrackedTtc, ratio_interval};
     use crate::status::Status;
-    use crate::tracker::posterior::Posterior;
+    use crate::tracker::filter::Posterior;
 
     fn posterior(distance: f64, closing_speed: f64, vv: f64) -> Posterior {
-        Posterior { distance, closing_speed, dd: 0.01, dv: 0.0, vv, lag: 0.0 }
+        Posterior { distance, closing_speed, dd: 0.01, dv: 0.0, vv, model_bias: 0.0 }
     }
 
     #[test]

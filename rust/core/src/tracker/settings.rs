@@ -1,48 +1,48 @@
-//! What a tracker is told: the motion model, the noise, and when a distance belongs to another target.
+//! The settings of a tracker: the motion model, the noise, and when a distance belongs to another target.
 
 use crate::error::Error;
 
-/// How distances become a closing speed.
+/// The motion model, and how it is fitted to distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
     /// The least-squares line through the newest `window` seconds.
     SlidingLine {
-        /// s
+        /// Length of the window, s.
         window: f64,
-        /// Std of the acceleration that a line knows nothing of, m/s^2.
+        /// Standard deviation of the acceleration that a line does not model, m/s^2.
         acceleration: f64,
     },
     /// The least-squares parabola through the newest `window` seconds.
     SlidingParabola {
-        /// s
+        /// Length of the window, s.
         window: f64,
-        /// Std of the jerk that a parabola knows nothing of, m/s^3.
+        /// Standard deviation of the jerk that a parabola does not model, m/s^3.
         jerk: f64,
     },
     /// The median slope of all pairs in the newest `window` seconds.
     TheilSen {
-        /// s
+        /// Length of the window, s.
         window: f64,
-        /// Std of the acceleration that a line knows nothing of, m/s^2.
+        /// Standard deviation of the acceleration that a line does not model, m/s^2.
         acceleration: f64,
     },
     /// A line with exponentially fading memory, as a recursion with gains alpha and beta.
     AlphaBeta {
         /// Time in which a frame's weight falls to 1/e, s.
         memory: f64,
-        /// Std of the acceleration that the filter knows nothing of, m/s^2.
+        /// Standard deviation of the acceleration that the filter does not model, m/s^2.
         acceleration: f64,
     },
-    /// A Kalman filter whose closing speed wanders.
+    /// A Kalman filter of constant velocity, with white acceleration as process noise.
     KalmanCv {
-        /// How far within one second, std, m/s.
+        /// Standard deviation of the change of closing speed within one second, m/s.
         acceleration: f64,
     },
-    /// A Kalman filter whose closing acceleration wanders.
+    /// A Kalman filter of constant acceleration, with white jerk as process noise.
     KalmanCa {
-        /// How far within one second, std, m/s^2.
+        /// Standard deviation of the change of closing acceleration within one second, m/s^2.
         jerk: f64,
-        /// Std of the acceleration at first, m/s^2.
+        /// Standard deviation of the acceleration at first, m/s^2.
         acceleration: f64,
     },
 }
@@ -50,39 +50,39 @@ pub enum Method {
 /// The standard deviation of one distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
-    /// Known, m.
+    /// A known standard deviation, m.
     Given(f64),
-    /// Learnt from how distances differ from their predictions.
+    /// A standard deviation that is learnt from innovations.
     Estimated {
-        /// What it is taken for at first, m.
+        /// First estimate, m.
         start: f64,
-        /// How many frames it is remembered for.
+        /// The number of frames that the estimate remembers.
         frames: f64,
     },
 }
 
-/// Everything a tracker is told.
+/// The settings of a tracker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// How distances become a closing speed.
+    /// The motion model, and how it is fitted to distances.
     pub method: Method,
     /// The standard deviation of one distance.
     pub noise: Noise,
-    /// A distance more than so many standard deviations from its prediction does not belong to it.
-    pub gate: f64,
-    /// Such a distance nearer by more than this is a new target, m.
+    /// The largest innovation of a distance that belongs to a track, in standard deviations.
+    pub innovation_gate: f64,
+    /// A distance outside the gate that is nearer by more than this is a new target at once, m.
     pub jump: f64,
-    /// So many frames in a row make a target of distances that do not fit the present one.
+    /// The frames in a row that confirm a tentative track.
     pub confirm: u32,
-    /// Data older than this say nothing any more, s.
+    /// A track without a distance for longer than this is dropped, s.
     pub max_gap: f64,
-    /// What moves faster than this is not the same target, m/s.
+    /// Two distances that differ by a faster motion than this are not of one target, m/s.
     pub max_speed: f64,
-    /// Closing at or below this is not closing, m/s.
+    /// A closing speed at or below this does not count as closing, m/s.
     pub min_closing_speed: f64,
 }
 
-/// No window is longer than this, s.
+/// The longest window or memory, s.
 const LONGEST: f64 = 60.0;
 
 impl Default for Settings {
@@ -90,7 +90,7 @@ impl Default for Settings {
         Settings {
             method: Method::KalmanCa { jerk: 1.5, acceleration: 3.0 },
             noise: Noise::Estimated { start: 0.03, frames: 30.0 },
-            gate: 4.0,
+            innovation_gate: 4.0,
             jump: 1.0,
             confirm: 3,
             max_gap: 1.0,
@@ -101,14 +101,14 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The settings, if they make sense.
+    /// Returns the settings if they make sense.
     ///
     /// # Errors
     /// When a number is out of its domain.
     pub fn checked(self) -> Result<Self, Error> {
         self.method.checked()?;
         self.noise.checked()?;
-        above_zero("gate", self.gate)?;
+        above_zero("gate", self.innovation_gate)?;
         above_zero("jump", self.jump)?;
         above_zero("max_gap", self.max_gap)?;
         above_zero("max_speed", self.max_speed)?;
@@ -121,7 +121,7 @@ impl Settings {
 }
 
 impl Method {
-    /// The method, if its settings make sense.
+    /// Returns the method if its settings make sense.
     ///
     /// # Errors
     /// When a number is out of its domain.
@@ -152,7 +152,7 @@ impl Method {
 }
 
 impl Noise {
-    /// The noise, if it makes sense.
+    /// Returns the noise if it makes sense.
     ///
     /// # Errors
     /// When a number is out of its domain.
@@ -172,7 +172,7 @@ impl Noise {
     }
 }
 
-/// `value`, if it is a finite number above 0.
+/// Returns `value` if it is a finite number above 0.
 pub(super) fn above_zero(argument: &'static str, value: f64) -> Result<f64, Error> {
     if value.is_finite() && value > 0.0 {
         Ok(value)

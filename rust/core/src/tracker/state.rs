@@ -1,29 +1,27 @@
-//! The memory of a tracker as a list of numbers, to be kept and taken up again.
+//! The memory of a tracker as a list of numbers, to be saved and restored.
 //!
 //! Stamps are finite and in order, and counts are whole. Every other number may be infinite or NaN, because squares of
 //! large distances overflow: a tracker takes up every state that it gave.
 
 use super::answer::TrackedTtc;
-use super::filter::Filter;
-use super::noise::Whiteness;
-use super::posterior::Measured;
-use super::recursive::{Recursive, State};
+use super::association::DistanceTracker;
+use super::filter::{KalmanFilter, Measurement, State};
 use super::settings::Settings;
-use super::targets::DistanceTracker;
-use super::track::Track;
+use super::track::{Filter, InnovationCorrelation, Track};
 use super::window::MOST;
 use crate::error::Error;
 use crate::status::Status;
 
 impl DistanceTracker {
-    /// All that it remembers, the settings aside. [`from_numbers`](Self::from_numbers) goes on from there, bit for bit.
+    /// Everything that the tracker remembers, without its settings. A tracker made by [`from_numbers`](Self::from_numbers) goes
+    /// on from there, bit for bit.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let mut out = vec![self.origin.unwrap_or(f64::NAN), self.newest, self.noise.sum, self.noise.weight];
         let TrackedTtc { ttc, ttc_interval, distance, closing_speed, closing_speed_interval, status } = self.answer;
         out.extend([ttc, distance, closing_speed, f64::from(status as u8)]);
         out.extend([ttc_interval, closing_speed_interval].into_iter().flat_map(|ends| ends.unwrap_or([f64::NAN; 2])));
-        for track in [&self.present, &self.rival] {
+        for track in [&self.confirmed, &self.tentative] {
             out.push(f64::from(u8::from(track.is_some())));
             if let Some(track) = track {
                 write_track(&mut out, track);
@@ -32,10 +30,10 @@ impl DistanceTracker {
         out
     }
 
-    /// A tracker that goes on where [`numbers`](Self::numbers) were taken of one with the same settings.
+    /// A tracker that goes on from the [`numbers`](Self::numbers) of one with the same settings.
     ///
     /// # Errors
-    /// When a setting is out of its domain, or the numbers are not such ones.
+    /// When a setting is out of its domain, or the numbers are not those of such a tracker.
     pub fn from_numbers(settings: Settings, numbers: &[f64]) -> Result<Self, Error> {
         let mut tracker = DistanceTracker::new(settings)?;
         tracker.read(Reader { left: numbers }).ok_or_else(|| {
@@ -61,7 +59,7 @@ impl DistanceTracker {
         if negative(ttc) || ttc_interval.is_some_and(|ends| ends.into_iter().any(negative)) {
             return None;
         }
-        for track in [&mut self.present, &mut self.rival] {
+        for track in [&mut self.confirmed, &mut self.tentative] {
             if reader.count(1)? == 1 {
                 let mut read = Track::empty(self.settings.method);
                 read_track(&mut reader, &mut read)?;
@@ -73,68 +71,73 @@ impl DistanceTracker {
 }
 
 fn write_track(out: &mut Vec<f64>, track: &Track) {
-    out.push(f64::from(track.run));
-    write_whiteness(out, &track.whiteness);
-    write_measured(out, &track.last);
-    out.extend([track.standing.last, track.standing.spread]);
-    write_recursive(out, &track.standing.line);
+    out.push(f64::from(track.consecutive_hits));
+    write_correlation(out, &track.correlation);
+    write_measurement(out, &track.last);
+    out.extend([track.stationary.last, track.stationary.spread]);
+    write_kalman(out, &track.stationary.line);
     match &track.filter {
-        Filter::Recursive(filter) => write_recursive(out, filter),
+        Filter::Recursive(filter) => write_kalman(out, filter),
         Filter::Window(filter) => {
             out.push(filter.frames.len() as f64);
-            filter.frames.iter().for_each(|frame| write_measured(out, frame));
+            filter.frames.iter().for_each(|frame| write_measurement(out, frame));
         }
     }
 }
 
 fn read_track(reader: &mut Reader<'_>, track: &mut Track) -> Option<()> {
-    track.run = u32::try_from(reader.count(u32::MAX as usize)?).ok()?;
-    track.whiteness = read_whiteness(reader)?;
-    track.last = read_measured(reader)?;
-    [track.standing.last, track.standing.spread] = reader.many(Reader::any)?;
-    read_recursive(reader, &mut track.standing.line)?;
+    track.consecutive_hits = u32::try_from(reader.count(u32::MAX as usize)?).ok()?;
+    track.correlation = read_correlation(reader)?;
+    track.last = read_measurement(reader)?;
+    [track.stationary.last, track.stationary.spread] = reader.many(Reader::any)?;
+    read_kalman(reader, &mut track.stationary.line)?;
     match &mut track.filter {
-        Filter::Recursive(filter) => read_recursive(reader, filter),
+        Filter::Recursive(filter) => read_kalman(reader, filter),
         Filter::Window(filter) => {
             let frames = reader.count(MOST)?;
-            filter.frames = (0..frames).map(|_| read_measured(reader)).collect::<Option<_>>()?;
+            filter.frames = (0..frames).map(|_| read_measurement(reader)).collect::<Option<_>>()?;
             filter.frames.is_sorted_by(|a, b| a.stamp < b.stamp).then_some(())
         }
     }
 }
 
-fn write_whiteness(out: &mut Vec<f64>, whiteness: &Whiteness) {
-    out.extend([whiteness.last, whiteness.products, whiteness.squares]);
+fn write_correlation(out: &mut Vec<f64>, correlation: &InnovationCorrelation) {
+    out.extend([correlation.last, correlation.products, correlation.squares]);
 }
 
-fn read_whiteness(reader: &mut Reader<'_>) -> Option<Whiteness> {
+fn read_correlation(reader: &mut Reader<'_>) -> Option<InnovationCorrelation> {
     let [last, products, squares] = reader.many(Reader::any)?;
-    Some(Whiteness { last, products, squares })
+    Some(InnovationCorrelation { last, products, squares })
 }
 
-fn write_measured(out: &mut Vec<f64>, measured: &Measured) {
-    out.extend([measured.stamp, measured.distance, measured.variance, f64::from(u8::from(measured.own))]);
+fn write_measurement(out: &mut Vec<f64>, measurement: &Measurement) {
+    out.extend([
+        measurement.stamp,
+        measurement.distance,
+        measurement.variance,
+        f64::from(u8::from(measurement.has_own_variance)),
+    ]);
 }
 
-fn read_measured(reader: &mut Reader<'_>) -> Option<Measured> {
+fn read_measurement(reader: &mut Reader<'_>) -> Option<Measurement> {
     let stamp = reader.finite()?;
     let [distance, variance] = reader.many(Reader::any)?;
-    Some(Measured { stamp, distance, variance, own: reader.count(1)? == 1 })
+    Some(Measurement { stamp, distance, variance, has_own_variance: reader.count(1)? == 1 })
 }
 
-fn write_recursive(out: &mut Vec<f64>, filter: &Recursive) {
+fn write_kalman(out: &mut Vec<f64>, filter: &KalmanFilter) {
     out.extend([f64::from(filter.frames), filter.stamp]);
     out.extend(filter.state.mean.into_iter().chain(filter.state.covariance));
 }
 
-fn read_recursive(reader: &mut Reader<'_>, filter: &mut Recursive) -> Option<()> {
+fn read_kalman(reader: &mut Reader<'_>, filter: &mut KalmanFilter) -> Option<()> {
     filter.frames = u32::try_from(reader.count(u32::MAX as usize)?).ok()?;
     filter.stamp = reader.finite()?;
     filter.state = State { mean: reader.many(Reader::any)?, covariance: reader.many(Reader::any)? };
     Some(())
 }
 
-/// Numbers that came from outside.
+/// Reads numbers that came from outside one after the other, and checks each.
 struct Reader<'a> {
     left: &'a [f64],
 }
@@ -154,7 +157,7 @@ impl Reader<'_> {
         self.any().filter(|value| value.is_nan() || *value >= 0.0)
     }
 
-    /// A whole number up to `most`.
+    /// Reads a whole number from 0 to `most`.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole and in range")]
     fn count(&mut self, most: usize) -> Option<usize> {
         self.finite()

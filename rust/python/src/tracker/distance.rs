@@ -95,7 +95,7 @@ impl DistanceTracker {
         let settings = Settings {
             method: self::method(&method)?,
             noise: self::noise(&noise)?,
-            gate,
+            innovation_gate: gate,
             jump,
             confirm: u32::try_from(confirm.max(0)).unwrap_or(u32::MAX),
             max_gap,
@@ -224,7 +224,7 @@ impl DistanceTracker {
         let settings = *self.tracker().settings();
         let keywords = PyDict::new(py);
         keywords.set_item("noise", &self.noise)?;
-        keywords.set_item("gate", settings.gate)?;
+        keywords.set_item("gate", settings.innovation_gate)?;
         keywords.set_item("jump", settings.jump)?;
         keywords.set_item("confirm", settings.confirm)?;
         keywords.set_item("max_gap", settings.max_gap)?;

@@ -1,14 +1,13 @@
 //! Which target a distance belongs to, and what is said when there is none.
 //!
-//! There is a present target, and sometimes a rival: the target before a nearer one came, or distances that do not fit
-//! the present one and have not been confirmed yet. A distance goes to one of them, never to both, so that no answer is
-//! a mean of two cars.
+//! There is a confirmed track, which answers, and sometimes a tentative one: the target that was followed before a nearer one
+//! came, or distances that do not fit the confirmed track and have not been seen often enough. A distance whose innovation is
+//! in the gate of one of them goes to that one, and to one only, so that no answer is a mean of two cars.
 
 use super::answer::TrackedTtc;
-use super::noise::NoiseLevel;
-use super::posterior::Measured;
+use super::filter::Measurement;
 use super::settings::{Settings, above_zero};
-use super::track::{Surprise, Track};
+use super::track::{Innovation, NORMAL, NoiseLevel, Track};
 use crate::error::Error;
 use crate::status::Status;
 
@@ -17,21 +16,21 @@ use crate::status::Status;
 pub struct DistanceTracker {
     pub(super) settings: Settings,
     pub(super) noise: NoiseLevel,
-    /// The first stamp: times are counted from it, so that none of their digits go to the year.
+    /// The first stamp. Times are counted from it, so that none of their digits go to the year.
     pub(super) origin: Option<f64>,
-    /// The newest, s since the origin.
+    /// The newest stamp, s since the origin.
     pub(super) newest: f64,
-    pub(super) present: Option<Track>,
-    pub(super) rival: Option<Track>,
+    pub(super) confirmed: Option<Track>,
+    pub(super) tentative: Option<Track>,
     pub(super) answer: TrackedTtc,
 }
 
-/// Where the present target is expected.
+/// Where the confirmed target is expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    /// m
+    /// Predicted distance, m.
     pub distance: f64,
-    /// Its variance, m^2, without that of a measurement.
+    /// Variance of the predicted distance, m^2, without that of a measurement.
     pub variance: f64,
 }
 
@@ -47,21 +46,21 @@ impl DistanceTracker {
             noise: NoiseLevel::new(settings.noise),
             origin: None,
             newest: 0.0,
-            present: None,
-            rival: None,
+            confirmed: None,
+            tentative: None,
             answer: TrackedTtc::nothing(Status::NoData, f64::NAN),
         })
     }
 
-    /// What it was told.
+    /// The settings of the tracker.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// The answer after one more frame, taken at `stamp` (s). NaN and +inf say that the target is not in it.
+    /// The answer after one more frame, taken at `stamp` (s). NaN and +inf say that the target is not in the frame.
     ///
-    /// `noise` is the standard deviation of this distance, m, in the place of what the settings say.
+    /// `noise` is the standard deviation of this distance, m, in the place of that of the settings.
     ///
     /// # Errors
     /// When `noise` is not above 0.
@@ -76,126 +75,135 @@ impl DistanceTracker {
         self.newest = seconds;
         self.answer = if distance.is_finite() {
             let variance = noise.map_or_else(|| self.noise.variance(), |noise| noise * noise);
-            self.seen(Measured { stamp: seconds, distance, variance, own: noise.is_some() })
+            self.associate(Measurement { stamp: seconds, distance, variance, has_own_variance: noise.is_some() })
         } else {
-            self.missed(distance)
+            self.coast(distance)
         };
         Ok(self.answer)
     }
 
-    /// Where the present target is expected at `stamp`, if there is one that is known well enough.
+    /// Where the confirmed target is expected at `stamp`, once it has warmed up.
     #[must_use]
     pub fn predict(&self, stamp: f64) -> Option<Prediction> {
         let seconds = stamp - self.origin?;
-        let posterior = self.present.as_ref()?.at(seconds, &self.noise)?;
+        let posterior = self.confirmed.as_ref()?.posterior(seconds, &self.noise)?;
         Some(Prediction { distance: posterior.distance, variance: posterior.dd })
     }
 
-    /// A frame without the target: it is expected to go on for a while.
-    fn missed(&mut self, distance: f64) -> TrackedTtc {
-        self.forget_what_is_old();
-        match &self.present {
-            Some(track) => self.about(track).with(Status::Lost),
-            None if distance.is_nan() => TrackedTtc::nothing(Status::NoData, f64::NAN),
-            None => TrackedTtc::nothing(Status::Clear, f64::INFINITY),
-        }
-    }
-
-    fn seen(&mut self, new: Measured) -> TrackedTtc {
-        let had = self.present.is_some();
-        self.forget_what_is_old();
-        let Some(mut present) = self.present.take() else {
-            self.present = Some(Track::new(self.settings.method, new));
-            return TrackedTtc::only_where(if had { Status::Stale } else { Status::WarmingUp }, new.distance);
+    /// Gives a distance to the track that it belongs to.
+    fn associate(&mut self, new: Measurement) -> TrackedTtc {
+        let had_track = self.confirmed.is_some();
+        self.drop_stale_tracks();
+        let Some(mut confirmed) = self.confirmed.take() else {
+            self.confirmed = Some(Track::new(self.settings.method, new));
+            return TrackedTtc::only_where(if had_track { Status::Stale } else { Status::WarmingUp }, new.distance);
         };
-        let surprise = present.surprise(new, &self.settings, &self.noise);
-        if let Some(deviations) = surprise.deviations.filter(|_| !new.own) {
-            self.noise.learn(deviations);
+        let innovation = confirmed.innovation(new, &self.settings, &self.noise);
+        if let Some(normalized) = innovation.normalized.filter(|_| !new.has_own_variance) {
+            self.noise.learn(normalized);
         }
-        let is_far = surprise.miss > self.settings.jump;
-        let rival = self.rival.take();
-        let claim = rival.as_ref().map(|rival| rival.surprise(new, &self.settings, &self.noise));
-        let mut astray = false;
-        match (rival, claim) {
-            (Some(rival), Some(claim)) if claim.fits && prefers(&present, &surprise, &claim) => {
-                self.given_to_rival(present, rival, new, &claim);
-                astray = true;
+        let is_farther = innovation.value > self.settings.jump;
+        let tentative = self.tentative.take();
+        let other = tentative.as_ref().map(|track| track.innovation(new, &self.settings, &self.noise));
+        let mut went_elsewhere = false;
+        match (tentative, other) {
+            (Some(tentative), Some(other)) if other.in_gate && prefers_tentative(&confirmed, &innovation, &other) => {
+                self.update_tentative(confirmed, tentative, new, &other);
+                went_elsewhere = true;
             }
-            (rival, _) if surprise.fits => {
-                present.take(new, &surprise);
-                let confirmed = present.run >= self.settings.confirm;
-                self.rival = rival.filter(|_| !confirmed).map(interrupted);
-                self.present = Some(present);
+            (tentative, _) if innovation.in_gate => {
+                confirmed.update(new, &innovation);
+                let is_sure = confirmed.consecutive_hits >= self.settings.confirm;
+                self.tentative = tentative.filter(|_| !is_sure).map(without_hit);
+                self.confirmed = Some(confirmed);
             }
-            (rival, _) => astray = self.given_to_nobody(present, rival, new, &surprise),
+            (tentative, _) => went_elsewhere = self.begin_track(confirmed, tentative, new, &innovation),
         }
-        let track = self.present.as_ref().expect("one was put back in each case");
-        let answer = self.about(track);
-        if astray && is_far && track.last.stamp < new.stamp { answer.with(Status::Lost) } else { answer }
+        let track = self.confirmed.as_ref().expect("each case sets one");
+        let answer = self.answer_of(track);
+        let is_lost = went_elsewhere && is_farther && track.last.stamp < new.stamp;
+        if is_lost { answer.with(Status::Lost) } else { answer }
     }
 
-    /// The rival takes a distance, and the lead as soon as it is confirmed, or the present one was but a flicker.
-    fn given_to_rival(&mut self, present: Track, mut rival: Track, new: Measured, claim: &Surprise) {
-        rival.take(new, claim);
-        let flicker = present.is_young() && rival.filter.frames() > present.filter.frames();
-        let present = interrupted(present);
-        if rival.run >= self.settings.confirm {
-            (self.present, self.rival) = (Some(rival), None);
+    /// Gives a distance to the tentative track. It becomes the confirmed one after enough hits in a row, or if the confirmed
+    /// one was but a flicker.
+    fn update_tentative(&mut self, confirmed: Track, mut tentative: Track, new: Measurement, innovation: &Innovation) {
+        tentative.update(new, innovation);
+        let flicker = confirmed.is_warming_up() && tentative.filter.frames() > confirmed.filter.frames();
+        let confirmed = without_hit(confirmed);
+        if tentative.consecutive_hits >= self.settings.confirm {
+            (self.confirmed, self.tentative) = (Some(tentative), None);
         } else if flicker {
-            (self.present, self.rival) = (Some(rival), Some(present));
+            (self.confirmed, self.tentative) = (Some(tentative), Some(confirmed));
         } else {
-            (self.present, self.rival) = (Some(present), Some(rival));
+            (self.confirmed, self.tentative) = (Some(confirmed), Some(tentative));
         }
     }
 
-    /// A distance that fits no target begins one: a nearer one leads at once, others must be confirmed. Says whether
-    /// the lead stays.
-    fn given_to_nobody(&mut self, present: Track, rival: Option<Track>, new: Measured, surprise: &Surprise) -> bool {
+    /// Begins a track with a distance that is in no gate. A nearer target is confirmed at once, because it is the more
+    /// dangerous one; any other is tentative. Says whether the confirmed track stays.
+    fn begin_track(
+        &mut self,
+        confirmed: Track,
+        tentative: Option<Track>,
+        new: Measurement,
+        innovation: &Innovation,
+    ) -> bool {
         let begun = Track::new(self.settings.method, new);
-        let nearer = surprise.miss < -self.settings.jump;
-        let present = interrupted(present);
-        match rival {
-            Some(rival) if present.is_young() && !rival.is_young() => {
-                (self.present, self.rival) = (Some(begun), Some(interrupted(rival)));
+        let is_nearer = innovation.value < -self.settings.jump;
+        let confirmed = without_hit(confirmed);
+        match tentative {
+            Some(tentative) if confirmed.is_warming_up() && !tentative.is_warming_up() => {
+                (self.confirmed, self.tentative) = (Some(begun), Some(without_hit(tentative)));
             }
-            _ if nearer => (self.present, self.rival) = (Some(begun), Some(present)),
+            _ if is_nearer => (self.confirmed, self.tentative) = (Some(begun), Some(confirmed)),
             _ => {
-                (self.present, self.rival) = (Some(present), Some(begun));
+                (self.confirmed, self.tentative) = (Some(confirmed), Some(begun));
                 return true;
             }
         }
         false
     }
 
-    fn forget_what_is_old(&mut self) {
-        let fresh = |track: &Track| self.newest - track.last.stamp <= self.settings.max_gap;
-        self.rival = self.rival.take().filter(fresh);
-        self.present = self.present.take().filter(fresh);
-        if self.present.is_none() {
-            self.present = self.rival.take();
+    /// The answer to a frame without the target, which is expected to go on for a while.
+    fn coast(&mut self, distance: f64) -> TrackedTtc {
+        self.drop_stale_tracks();
+        match &self.confirmed {
+            Some(track) => self.answer_of(track).with(Status::Lost),
+            None if distance.is_nan() => TrackedTtc::nothing(Status::NoData, f64::NAN),
+            None => TrackedTtc::nothing(Status::Clear, f64::INFINITY),
         }
     }
 
-    fn about(&self, track: &Track) -> TrackedTtc {
-        let Some(posterior) = track.at(self.newest, &self.noise) else {
+    fn drop_stale_tracks(&mut self) {
+        let fresh = |track: &Track| self.newest - track.last.stamp <= self.settings.max_gap;
+        self.tentative = self.tentative.take().filter(fresh);
+        self.confirmed = self.confirmed.take().filter(fresh);
+        if self.confirmed.is_none() {
+            self.confirmed = self.tentative.take();
+        }
+    }
+
+    fn answer_of(&self, track: &Track) -> TrackedTtc {
+        let Some(posterior) = track.posterior(self.newest, &self.noise) else {
             return TrackedTtc::only_where(Status::WarmingUp, track.last.distance);
         };
-        let quantile = if track.last.own { super::noise::NORMAL } else { self.noise.quantile() };
+        let quantile = if track.last.has_own_variance { NORMAL } else { self.noise.quantile() };
         let closes = posterior.closing_speed > self.settings.min_closing_speed
-            && track.standing.closes(&posterior, quantile, track.whiteness.factor());
+            && track.stationary.closes(&posterior, quantile, track.correlation.variance_factor());
         TrackedTtc::new(posterior, quantile, closes)
     }
 }
 
-/// Whether a rival that a distance fits gets it: what fits the present target too goes to the rival only while the present
-/// one has hardly begun, and is farther away.
-fn prefers(present: &Track, surprise: &Surprise, claim: &Surprise) -> bool {
-    !surprise.fits || (present.is_young() && claim.miss.abs() < surprise.miss.abs())
+/// Whether the tentative track gets a distance that is in its gate. A distance in the gate of the confirmed track too goes to
+/// the tentative one only while the confirmed one warms up and predicts it less well.
+fn prefers_tentative(confirmed: &Track, innovation: &Innovation, tentative: &Innovation) -> bool {
+    !innovation.in_gate || (confirmed.is_warming_up() && tentative.value.abs() < innovation.value.abs())
 }
 
-/// A track that did not get a frame.
-fn interrupted(track: Track) -> Track {
-    Track { run: 0, ..track }
+/// The track after a frame that did not belong to it.
+fn without_hit(track: Track) -> Track {
+    Track { consecutive_hits: 0, ..track }
 }
 
 #[cfg(test)]
@@ -217,7 +225,7 @@ mod tests {
         DistanceTracker::new(Settings { method, noise: Noise::Given(0.03), ..Settings::default() }).unwrap()
     }
 
-    /// Feeds distances every tenth of a second from `frame` on.
+    /// Feeds the tracker distances every tenth of a second from `frame` on.
     fn feed(tracker: &mut DistanceTracker, frame: u32, distances: impl IntoIterator<Item = f64>) -> Vec<TrackedTtc> {
         let stamps = (frame..).map(|frame| 1.7e9 + 0.1 * f64::from(frame));
         distances.into_iter().zip(stamps).map(|(d, stamp)| tracker.update(d, stamp, None).unwrap()).collect()
