@@ -1,9 +1,7 @@
 """Logs that are files of clouds, CARMEN logs, and tables of distances."""
 
 import gzip
-import importlib
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +13,6 @@ from ttc_fast.logs import CloudLog, DistanceLog, LogError, ScanLog, forward_left
 from ttc_fast.logs.motion import Pose, between
 
 NUSCENES = np.array([[1.0, 9.0, -1.0, 50.0, 3.0], [-1.0, 8.0, -1.0, 60.0, 4.0]], "<f4")  # x right, y forward
-FIELDS = ("x", "y", "z", "intensity", "label")
-SIZES, TYPES = (4, 4, 4, 1, 8), ("F", "F", "F", "U", "U")
-POINTS = np.array([(9.0, 1.0, -1.0, 7, 2**40), (8.0, 0.5, -1.0, 9, 3)], "<f4, <f4, <f4, u1, <u8")
-POINTS.dtype.names = FIELDS
 
 
 def clouds(path: Path, **options: Any) -> CloudLog:
@@ -77,122 +71,6 @@ def test_the_recorded_frame_of_nuscenes(data: Path) -> None:
     assert frame.points.shape == (34688, 5)
     gate = Gate.above_road(1.84, 0.3, 2.0, x=(log.lidar.own_reach, math.inf), axes=log.lidar.axes)
     assert 10.0 < robust_min_x(frame.points, gate=gate).x < 15.0
-
-
-# PCD
-
-
-def pcd(kind: str, points: np.ndarray[Any, Any] = POINTS, sizes: Any = SIZES, types: Any = TYPES) -> bytes:
-    names = points.dtype.names or ()
-    lines = {
-        "VERSION": "0.7",
-        "FIELDS": " ".join(names),
-        "SIZE": " ".join(map(str, sizes)),
-        "TYPE": " ".join(types),
-        "COUNT": " ".join("1" for _ in names),
-        "WIDTH": len(points),
-        "HEIGHT": 1,
-        "VIEWPOINT": "0 0 0 1 0 0 0",
-        "POINTS": len(points),
-        "DATA": kind,
-    }
-    head = "# .PCD v0.7\n" + "".join(f"{name} {value}\n" for name, value in lines.items())
-    if kind == "ascii":
-        return head.encode() + b"".join(" ".join(map(str, row)).encode() + b"\n" for row in points.tolist())
-    if kind == "binary":
-        return head.encode() + points.tobytes()
-    lzf = importlib.import_module("lzf")  # pypcd4 brings it
-    plain = b"".join(points[name].tobytes() for name in names)
-    packed = lzf.compress(plain, 2 * len(plain))
-    return head.encode() + np.array([len(packed), len(plain)], "<u4").tobytes() + bytes(packed)
-
-
-@pytest.mark.parametrize("kind", ["ascii", "binary", "binary_compressed"])
-@pytest.mark.parametrize("name", ["cloud.pcd", "cloud.pcd.gz"])
-def test_every_kind_of_pcd(kind: str, name: str, tmp_path: Path) -> None:
-    points = np.concatenate([POINTS] * 20)  # too few would not compress
-    content = pcd(kind, points)
-    (tmp_path / name).write_bytes(gzip.compress(content) if name.endswith(".gz") else content)
-    (frame,) = clouds(tmp_path / name)
-    assert frame.points.dtype.itemsize == 21  # unaligned
-    for field in FIELDS:
-        np.testing.assert_array_equal(frame.points[field], points[field])
-    assert robust_min_x(frame.points, gate=Gate(intensity=(8, 10)), estimator=Minimum()).x == 8.0
-
-
-@pytest.mark.parametrize("count", [0, 1])
-@pytest.mark.parametrize("kind", ["ascii", "binary"])
-def test_a_pcd_of_no_point_or_one(kind: str, count: int, tmp_path: Path) -> None:
-    (tmp_path / "cloud.pcd").write_bytes(pcd(kind, POINTS[:count]))
-    (frame,) = clouds(tmp_path / "cloud.pcd")
-    assert frame.points.shape == (count,)
-
-
-def test_an_intensity_that_no_gate_takes_is_left_out(tmp_path: Path) -> None:
-    points = POINTS.astype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<i4"), ("label", "<u8")])
-    (tmp_path / "cloud.pcd").write_bytes(pcd("binary", points, (4, 4, 4, 4, 8), ("F", "F", "F", "I", "U")))
-    (frame,) = clouds(tmp_path / "cloud.pcd")
-    assert robust_min_x(frame.points, estimator=Minimum()).x == 8.0
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (b"", "is not a PCD file, or is damaged"),
-        (b"hello\n", "is not a PCD file, or is damaged"),
-        (pcd("binary")[:-1], "is not a PCD file, or is damaged|is cut short"),
-        (pcd("binary")[:-21], "is cut short: it says 2 points and has 1"),
-        (pcd("ascii").rsplit(b"\n", 2)[0], "is cut short: it says 2 points and has 1"),
-        (pcd("binary").replace(b"POINTS 2", b"POINTS 2000000000000"), "is cut short|is damaged"),
-        (pcd("binary").replace(b"FIELDS x", b"FIELDS u"), "has no field x; it has u, y, z, intensity, label"),
-        (pcd("binary").replace(b"TYPE F F F", b"TYPE F F U"), "must have x, y and z of one type"),
-    ],
-)
-def test_a_wrong_pcd_is_told(content: bytes, said: str, tmp_path: Path) -> None:
-    (tmp_path / "cloud.pcd").write_bytes(content)
-    with pytest.raises(LogError, match=said) as error:
-        list(clouds(tmp_path / "cloud.pcd"))
-    assert "cloud.pcd" in str(error.value)
-
-
-def test_a_folder_of_pcd_named_by_their_stamps(tmp_path: Path) -> None:
-    for stamp in ("1305031102.175304", "1305031102.275326"):
-        (tmp_path / f"{stamp}.pcd").write_bytes(pcd("binary"))
-    assert [frame.stamp for frame in clouds(tmp_path)] == pytest.approx([0.0, 0.100022], abs=1e-6)
-
-
-def test_a_folder_of_several_formats_is_ambiguous(tmp_path: Path) -> None:
-    (tmp_path / "a.pcd").write_bytes(pcd("binary"))
-    (tmp_path / "a.bin").write_bytes(bytes(16))
-    with pytest.raises(LogError, match="holds KITTI frames and PCD clouds; give each kind a folder of its own"):
-        open_log(tmp_path)
-
-
-def test_pcd_without_the_package_says_how_to_get_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "cloud.pcd").write_bytes(pcd("binary"))
-    monkeypatch.setitem(sys.modules, "pypcd4", None)
-    with pytest.raises(LogError, match=r"needs pypcd4 to be read, .*pip install 'ttc-fast\[log\]'"):
-        list(open_log(tmp_path / "cloud.pcd"))
-
-
-@pytest.mark.parametrize(
-    ("name", "count"),
-    [
-        ("nebula_vlp16", 14831),
-        ("nebula_hesai_qt64", 34158),
-        ("pcl_bun0_ascii", 397),
-        ("pcl_car6_binary_compressed", 10031),
-        ("pcl_office1_keypoints_binary", 1318),
-    ],
-)
-def test_the_recorded_pcd(name: str, count: int, data: Path) -> None:
-    (frame,) = clouds(data / "clouds" / f"{name}.pcd", sensor_height=1.5)
-    assert frame.points.shape == (count,)
-    rows = forward_left_up(frame.points)
-    everywhere = Gate(x=(-math.inf, math.inf), y=(-math.inf, math.inf))
-    in_place = robust_min_x(frame.points, gate=everywhere)
-    assert in_place.candidates == np.isfinite(rows[:, :3]).all(axis=1).sum() - (rows[:, :3] == 0).all(axis=1).sum()
-    assert in_place.x == robust_min_x(np.ascontiguousarray(rows[:, :3]), gate=everywhere).x
 
 
 # CARMEN
