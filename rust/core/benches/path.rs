@@ -5,8 +5,8 @@ use std::hint::black_box;
 use ttc_fast_core::column::{Column, ColumnMut, Table};
 use ttc_fast_core::path::SweptPath;
 use ttc_fast_core::points::Points;
-use ttc_fast_core::scan::{Motion, Outline};
 use ttc_fast_core::simd::Level;
+use ttc_fast_core::vehicle::{Motion, Outline};
 
 const SIZES: [usize; 2] = [1080, 65_536];
 const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.45, y_right: -0.15, y_left: 0.15 };

@@ -5,8 +5,9 @@ use std::f64::consts::PI;
 use std::hint::black_box;
 use ttc_fast_core::column::{Column, ColumnMut};
 use ttc_fast_core::real::Real;
-use ttc_fast_core::scan::{Motion, Mount, Outline, ScanTtc, Settings};
+use ttc_fast_core::scan::{ScanTtc, Settings};
 use ttc_fast_core::simd::Level;
+use ttc_fast_core::vehicle::{Motion, Mount, Outline};
 
 const SIZES: [usize; 2] = [1080, 65_536];
 /// Scans take turns, so that no branch predictor learns one by heart; together they stay in the cache.

@@ -12,11 +12,12 @@ use ttc_fast_core::column::{Column, ColumnMut, Table};
 use ttc_fast_core::ittc::{Rate, Speeds, ittc};
 use ttc_fast_core::path::SweptPath;
 use ttc_fast_core::points::Points;
+use ttc_fast_core::range_rate::{Outputs, RangeRate, RateSettings};
 use ttc_fast_core::real::Real;
-use ttc_fast_core::scan::range_rate::{Outputs, RangeRate, RateSettings};
-use ttc_fast_core::scan::{Motion, Mount, Outline, Range, ScanSweptPath, ScanTtc, Settings};
+use ttc_fast_core::scan::{Range, ScanSweptPath, ScanTtc, Settings};
 use ttc_fast_core::simd::Level;
 use ttc_fast_core::tracker::{self, DistanceTracker, Method};
+use ttc_fast_core::vehicle::{Motion, Mount, Outline};
 
 /// A name, and what makes the call a number of times.
 type Call = (&'static str, fn(usize));

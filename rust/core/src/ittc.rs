@@ -2,9 +2,9 @@
 
 use crate::column::{Column, ColumnMut, Source};
 use crate::error::Error;
+use crate::formula::ttc;
 use crate::lanes::{LANES, Lanes, each, lanes};
 use crate::real::Real;
-use crate::scan::ttc;
 use crate::simd::{Instructions, Kernel, Level};
 use crate::status::Status;
 

@@ -12,8 +12,9 @@ use pyo3::types::PyFloat;
 use std::sync::Arc;
 use ttc_fast_core::Error;
 use ttc_fast_core::column::{Column, ColumnMut, Table, TableMut};
-use ttc_fast_core::scan::{self, Motion, Range, ScanSweptPath, ScanTtc};
+use ttc_fast_core::scan::{self, Range, ScanSweptPath, ScanTtc};
 use ttc_fast_core::threads::pieces;
+use ttc_fast_core::vehicle::Motion;
 
 /// Fewer beams than this are not worth a thread of their own.
 const LEAST_PIECE: usize = 1 << 16;

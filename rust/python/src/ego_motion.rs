@@ -6,7 +6,7 @@ use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::intern;
 use pyo3::prelude::*;
-use ttc_fast_core::scan::Motion;
+use ttc_fast_core::vehicle::Motion;
 
 /// The three arguments as they came; a missing one is 0.
 #[derive(Clone, Copy)]

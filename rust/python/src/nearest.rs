@@ -34,11 +34,11 @@ pub fn index(decided: Option<usize>) -> i64 {
 /// contact : int
 ///     Readings inside the outline.
 #[pyclass(frozen, module = "ttc_fast")]
-pub struct Counts(pub scan::Counts);
+pub struct Counts(pub ttc_fast_core::Counts);
 
 /// ``Counts`` of a batch: the same names, each a uint32 array of shape (B,).
 #[pyclass(frozen, module = "ttc_fast")]
-pub struct CountsBatch(pub Vec<scan::Counts>);
+pub struct CountsBatch(pub Vec<ttc_fast_core::Counts>);
 
 macro_rules! counts {
     ($($name:ident),*) => {

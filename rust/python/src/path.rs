@@ -15,7 +15,7 @@ use ttc_fast_core::column::TableMut;
 use ttc_fast_core::path;
 use ttc_fast_core::points::Points;
 use ttc_fast_core::real::Real;
-use ttc_fast_core::scan::{Motion, Outline};
+use ttc_fast_core::vehicle::{Motion, Outline};
 
 /// Time until points enter the vehicle's outline, if it goes on moving as it does.
 ///

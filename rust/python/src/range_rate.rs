@@ -13,8 +13,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use ttc_fast_core::column::Column;
+use ttc_fast_core::range_rate::{self, Outputs, RateSettings, RatedNearest, State};
 use ttc_fast_core::scan::Range;
-use ttc_fast_core::scan::range_rate::{self, Outputs, RateSettings, RatedNearest, State};
 
 /// The range rate of each beam of a laser scanner, from its last scans, and the time-to-collision that follows.
 ///

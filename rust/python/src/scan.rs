@@ -9,7 +9,8 @@ use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
-use ttc_fast_core::scan::{LimitsPolicy, Mount, Outline, ScanTtc, Settings, TooClose};
+use ttc_fast_core::scan::{LimitsPolicy, ScanTtc, Settings, TooClose};
+use ttc_fast_core::vehicle::{Mount, Outline};
 
 /// Instantaneous time-to-collision (iTTC) of the beams of one laser scanner.
 ///

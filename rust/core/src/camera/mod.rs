@@ -24,8 +24,8 @@ pub use estimator::Estimator;
 pub use matches::Keypoints;
 pub use scale::{ttc_from_heights, ttc_from_scale};
 
+use crate::error::elapsed;
 use crate::error::{Error, non_negative};
-use crate::motion::checked_dt;
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
@@ -65,7 +65,7 @@ pub fn ttc_from_keypoints<T: Real>(
     level: Level,
     threads: usize,
 ) -> Result<KeypointTtc, Error> {
-    checked_dt(dt)?;
+    elapsed(dt)?;
     let rule = Rule::new(non_negative("min_distance", min_distance)?);
     let estimator = estimator.checked()?;
     let matches = Matches::gather(keypoints)?;

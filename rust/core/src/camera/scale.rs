@@ -1,7 +1,6 @@
 //! From a change of scale to a time.
 
-use crate::error::Error;
-use crate::motion::checked_dt;
+use crate::error::{Error, elapsed};
 
 /// Time-to-collision by how many times as large a thing looks as `dt` seconds before.
 ///
@@ -11,7 +10,7 @@ use crate::motion::checked_dt;
 /// When the scale is not finite and above 0, or `dt` is not a time.
 pub fn ttc_from_scale(scale: f64, dt: f64) -> Result<f64, Error> {
     positive("scale", scale, "it is the size now over the size before")?;
-    checked_dt(dt)?;
+    elapsed(dt)?;
     Ok(time(scale, dt))
 }
 
@@ -25,7 +24,7 @@ pub fn ttc_from_heights(previous: f64, current: f64, dt: f64) -> Result<f64, Err
     let hint = "it is the height of a thing that is seen, px";
     positive("previous", previous, hint)?;
     positive("current", current, hint)?;
-    checked_dt(dt)?;
+    elapsed(dt)?;
     let grown = current - previous;
     Ok(if grown <= 0.0 { f64::INFINITY } else { previous * (dt / grown) })
 }

@@ -7,7 +7,7 @@ use super::candidates::{Candidate, Estimate};
 use super::cluster;
 use super::gate::Gate;
 use super::kept::Kept;
-use crate::error::{Error, non_negative};
+use crate::error::{Error, at_least_one, non_negative, positive, share};
 use crate::points::Points;
 use crate::real::Real;
 use crate::simd::Level;
@@ -48,14 +48,14 @@ impl Estimator {
     /// # Errors
     /// When a count is 0, a quantile is outside [0, 1], or a length or factor is negative or not finite.
     pub fn checked(self) -> Result<Self, Error> {
-        let at_least_one = |argument, value: usize| {
-            if value >= 1 { Ok(()) } else { Err(Error::new(argument, "must be at least 1, got 0")) }
-        };
         match self {
             Estimator::Minimum => {}
-            Estimator::KthSmallest(k) | Estimator::MeanOfLowest(k) => at_least_one("k", k)?,
-            Estimator::Quantile(q) if (0.0..=1.0).contains(&q) => {}
-            Estimator::Quantile(q) => return Err(Error::new("q", format!("must be in [0, 1], got {q:?}"))),
+            Estimator::KthSmallest(k) | Estimator::MeanOfLowest(k) => {
+                at_least_one("k", k)?;
+            }
+            Estimator::Quantile(q) => {
+                share("q", q)?;
+            }
             Estimator::InterquartileFence(factor) => {
                 non_negative("factor", factor)?;
             }
@@ -65,9 +65,7 @@ impl Estimator {
             }
             Estimator::Cluster { tolerance, min_points } => {
                 at_least_one("min_points", min_points)?;
-                if tolerance.is_nan() || tolerance <= 0.0 || tolerance.is_infinite() {
-                    return Err(Error::new("tolerance", format!("must be finite and above 0, got {tolerance:?}")));
-                }
+                positive("tolerance", tolerance)?;
             }
         }
         Ok(self)

@@ -3,8 +3,8 @@
 use super::estimator::Estimator;
 use super::gate::Gate;
 use super::{Detection, MinX, robust_min_x};
-use crate::error::{Error, finite};
-use crate::motion::{checked_dt, ttc_from_distances};
+use crate::error::{Error, elapsed, finite};
+use crate::motion::ttc_from_distances;
 use crate::points::Points;
 use crate::real::Real;
 use crate::simd::Level;
@@ -41,7 +41,7 @@ pub fn ttc_from_clouds<T: Real>(
     front_offset: f64,
     level: Level,
 ) -> Result<CloudTtc, Error> {
-    checked_dt(dt)?;
+    elapsed(dt)?;
     finite("front_offset", front_offset)?;
     let previous = robust_min_x(previous, gate, estimator, level, 1)?;
     let current = robust_min_x(current, gate, estimator, level, 1)?;

@@ -1,4 +1,4 @@
-//! A formula over arrays, element by element.
+//! A formula of motion over arrays, element by element.
 
 use crate::column::{Column, ColumnMut, Source};
 use crate::error::Error;
@@ -10,9 +10,9 @@ use crate::status::Status;
 /// One number for every element, or one each.
 #[derive(Clone, Copy, Debug)]
 pub enum Operand<'a, T> {
-    /// The same for all.
+    /// All elements have this number.
     Same(f64),
-    /// One each.
+    /// Each element has its own.
     Each(Column<'a, T>),
 }
 
@@ -27,7 +27,7 @@ impl<T: Real> Operand<'_, T> {
     }
 }
 
-/// `formula` of each element into `out`, rounded to its type.
+/// Writes `formula` of each element into `out`, rounded to its type.
 ///
 /// # Errors
 /// When lengths differ.
@@ -42,7 +42,7 @@ pub fn each<T: Real, const N: usize>(
     Ok(())
 }
 
-/// The `status` of each element into `out`.
+/// Writes the `status` of each element into `out`.
 ///
 /// # Errors
 /// When lengths differ.

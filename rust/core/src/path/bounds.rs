@@ -15,8 +15,8 @@
 use super::entry::Sweep;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::scan::Outline;
 use crate::simd::Instructions;
+use crate::vehicle::Outline;
 
 /// A sweep, as the bounds see it.
 #[derive(Clone, Copy)]

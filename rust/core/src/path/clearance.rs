@@ -70,7 +70,7 @@ impl Sweep {
 #[cfg(test)]
 mod tests {
     use super::Sweep;
-    use crate::scan::{Motion, Outline};
+    use crate::vehicle::{Motion, Outline};
 
     const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.4, y_right: -0.15, y_left: 0.15 };
 

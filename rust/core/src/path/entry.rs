@@ -14,14 +14,11 @@
 //! a pair (n, d) with tau = n / d, so that half a turn, where tau is infinite, is a root like any other.
 
 use crate::error::Error;
-use crate::scan::{Motion, Mount, Outline};
+use crate::vehicle::{LIGHT_SPEED, Motion, Mount, Outline};
 
 /// Slower than this, m/s or rad/s, is standing still: in the longest horizon it moves nothing by the width of an atom,
 /// and its square would lose digits.
 const SLOWEST: f64 = 1e-30;
-
-/// No vehicle is faster than light, m/s; nor turns so fast, rad/s.
-const FASTEST: f64 = 299_792_458.0;
 
 /// A point that passes the outline this close, as a share of how far points may come from, touches it.
 const TOUCH: f64 = 1e-11;
@@ -59,7 +56,7 @@ struct Root {
 
 impl Sweep {
     pub(super) fn new(outline: Outline, horizon: f64, motion: Motion) -> Result<Self, Error> {
-        motion.of_sensor(Mount::default())?;
+        motion.sensor_velocity(Mount::default())?;
         let moves = |value: f64| if value.abs() < SLOWEST { 0.0 } else { value };
         let (vx, vy, omega) = (moves(motion.speed), moves(motion.lateral_speed), moves(motion.yaw_rate));
         let Outline { x_rear, x_front, y_right, y_left } = outline;
@@ -70,7 +67,7 @@ impl Sweep {
             sx * sx + sy * sy
         };
         let fastest = corners.into_iter().map(square).fold(0.0, f64::max).sqrt();
-        if !(fastest < FASTEST && omega.abs() < FASTEST) {
+        if !(fastest < LIGHT_SPEED && omega.abs() < LIGHT_SPEED) {
             let got = motion.yaw_rate;
             return Err(Error::new("yaw_rate", format!("turns the outline faster than light, at {got:?} rad/s")));
         }

@@ -2,11 +2,12 @@
 
 use super::entry::Sweep;
 use crate::column::{Column, Dense, Source};
+use crate::hit::Counts;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::scan::{Counts, Outline};
 use crate::simd::{Instructions, Kernel, Level};
 use crate::status::Status;
+use crate::vehicle::Outline;
 
 /// Points in the vehicle frame, several at a time or one by one.
 pub(crate) trait Frame<T: Real>: Copy {

@@ -19,12 +19,13 @@ pub(crate) use {
 };
 
 use crate::column::ColumnMut;
-use crate::error::Error;
+use crate::error::{Error, duration, one_entry_each};
+use crate::hit::{Counts, Hit};
 use crate::points::Points;
 use crate::real::Real;
-use crate::scan::{Counts, Hit, Motion, Outline};
 use crate::simd::Level;
 use crate::status::Status;
+use crate::vehicle::{Motion, Outline};
 use frame::Planar;
 
 /// No vehicle is larger, m. Keeps every product far from overflow.
@@ -72,9 +73,7 @@ impl SweptPath {
         if [x_rear, x_front, y_right, y_left].into_iter().any(|edge| edge.abs() > LARGEST) {
             return Err(Error::new("outline", format!("must lie within {LARGEST} m of the vehicle's origin")));
         }
-        if !(horizon > 0.0 && horizon <= LONGEST) {
-            return Err(Error::new("horizon", format!("must be above 0 and at most {LONGEST} s, got {horizon:?}")));
-        }
+        duration("horizon", horizon, LONGEST)?;
         Ok(SweptPath { outline, horizon, level })
     }
 
@@ -165,12 +164,9 @@ impl SweptPath {
         let sweep = self.sweep(motion)?;
         let points = Planar(points.xyz(row));
         let n = points.len();
-        let lengths =
-            [("out", Some(out.len())), ("status_out", status_out.as_ref().map(|status_out| status_out.len()))];
-        for (argument, length) in lengths {
-            if let Some(got) = length.filter(|got| *got != n) {
-                return Err(Error::new(argument, format!("must have one entry for each of the {n} points, got {got}")));
-            }
+        one_entry_each("out", out.len(), n, "points")?;
+        if let Some(status_out) = &status_out {
+            one_entry_each("status_out", status_out.len(), n, "points")?;
         }
         match points.dense() {
             Some(points) => each(self.level, points, &sweep, out, status_out),
@@ -199,8 +195,8 @@ mod tests {
     use crate::column::{Column, ColumnMut, Table};
     use crate::points::Points;
     use crate::real::Real;
-    use crate::scan::{Motion, Outline};
     use crate::simd::Level;
+    use crate::vehicle::{Motion, Outline};
 
     const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.4, y_right: -0.15, y_left: 0.15 };
 

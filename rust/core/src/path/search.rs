@@ -7,9 +7,9 @@ use super::bounds::{Bounded, Bounds};
 use super::entry::Sweep;
 use super::frame::Frame;
 use crate::column::ColumnMut;
+use crate::hit::Hit;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
-use crate::scan::Hit;
 use crate::simd::{Instructions, Kernel, Level};
 use crate::status::Status;
 

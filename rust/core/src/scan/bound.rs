@@ -4,7 +4,7 @@
 //! of the beams does not depend on it, `clearance / |cos|` will do, and `1 / |cos|` is a table. Any other motion has to
 //! divide.
 
-use super::reading::Rules;
+use super::readings::Rules;
 use super::tables::Envelope;
 use crate::lanes::{Lanes, lanes, window};
 use crate::real::Real;

@@ -1,9 +1,9 @@
 //! The time-to-collision of every beam, in the type of the ranges.
 
-use super::formula::finish_ttc;
-use super::reading::Rules;
+use super::readings::Rules;
 use super::tables::{Envelope, Tables};
 use crate::column::{Sink, Source};
+use crate::formula::finish_ttc;
 use crate::lanes::{LANES, Lanes, each, groups, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel};
@@ -234,8 +234,9 @@ fn status<T: Real>(clearance: T, closes: bool, looked: bool, seen: bool) -> Stat
 #[cfg(test)]
 mod tests {
     use crate::column::{Column, ColumnMut};
-    use crate::scan::{Motion, Outline, ScanTtc, Settings};
+    use crate::scan::{ScanTtc, Settings};
     use crate::simd::Level;
+    use crate::vehicle::{Motion, Outline};
 
     /// Beams ahead, across and behind, so that of some groups all beams close, of some none, of some a few: the slow ones
     /// do not count, and a reading inside the outline is contact only where the beam closes.

@@ -14,11 +14,10 @@
 //! time, never the answer. Flat walls, where many beams tie within `f32`, are only more beams to compute.
 
 use super::bound::{Bound, Straight, Turning};
-use super::prepared::KernelTables;
-use super::reading::Rules;
-use super::tables::{BLOCKS, Envelope, ExactBeams, Tables, start};
-use super::vote::Hit;
+use super::readings::Rules;
+use super::tables::{BLOCKS, Envelope, ExactBeams, KernelTables, Tables, start};
 use crate::column::{Column, Source};
+use crate::hit::Hit;
 use crate::lanes::{LANES, Lanes, each, least};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
@@ -35,7 +34,7 @@ const SLOWEST: f64 = 1e-290;
 pub(super) fn first_hit<T: Real>(
     level: Level,
     ranges: Column<'_, T>,
-    prepared: &KernelTables<T>,
+    kernel: &KernelTables<T>,
     exact: ExactBeams<'_>,
 ) -> Hit {
     let ((vx, vy), min_closing_speed) = (exact.velocity, exact.min_closing_speed);
@@ -43,13 +42,13 @@ pub(super) fn first_hit<T: Real>(
     if fastest <= min_closing_speed {
         return Hit::NONE;
     }
-    let rules = &prepared.rules;
+    let rules = &kernel.rules;
     if fastest < SLOWEST {
         one_by_one(ranges, rules, exact)
     } else if vy == 0.0 && !rules.clamps() {
-        searched(level, ranges, prepared, exact, |envelope| Straight::new(envelope, vx, min_closing_speed))
+        searched(level, ranges, kernel, exact, |envelope| Straight::new(envelope, vx, min_closing_speed))
     } else {
-        searched(level, ranges, prepared, exact, |envelope| Turning::new(envelope, rules, (vx, vy), min_closing_speed))
+        searched(level, ranges, kernel, exact, |envelope| Turning::new(envelope, rules, (vx, vy), min_closing_speed))
     }
 }
 
@@ -67,11 +66,11 @@ fn one_by_one<T: Real>(ranges: Column<'_, T>, rules: &Rules<T>, exact: ExactBeam
 fn searched<'a, T: Real, B: Bound<T>>(
     level: Level,
     ranges: Column<'_, T>,
-    prepared: &'a KernelTables<T>,
+    kernel: &'a KernelTables<T>,
     exact: ExactBeams<'a>,
     bound: impl Fn(&'a Envelope<T>) -> B,
 ) -> Hit {
-    let KernelTables { tables, rules } = prepared;
+    let KernelTables { tables, rules } = kernel;
     if ranges.len() < LANES {
         let few: Lanes<T> = ranges.lanes_or(0, T::NAN);
         return level.run(Search { ranges: Column::new(&few), rules, tables, bound, exact });
@@ -210,8 +209,9 @@ fn reaching<T: Real, I: Instructions>(simd: I, bounds: &Lanes<T>, limit: T) -> u
 mod tests {
     use super::{first_hit, one_by_one};
     use crate::column::Column;
-    use crate::scan::{LimitsPolicy, Motion, Mount, Outline, Range, ScanTtc, Settings, TooClose};
+    use crate::scan::{LimitsPolicy, Range, ScanTtc, Settings, TooClose};
     use crate::simd::Level;
+    use crate::vehicle::{Motion, Mount, Outline};
     use proptest::prelude::*;
 
     const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.45, y_right: -0.15, y_left: 0.15 };
@@ -276,9 +276,9 @@ mod tests {
         for level in Level::all() {
             let scan = ScanTtc::new(settings.clone(), level).expect("the settings make sense");
             let exact = scan.exact(ranges.len(), motion).expect("the motion makes sense");
-            let prepared = T::prepared(&scan);
-            let expected = one_by_one(Column::new(&ranges), &prepared.rules, exact);
-            assert_eq!(first_hit(level, Column::new(&ranges), prepared, exact), expected, "{level}");
+            let kernel = T::kernel_tables(&scan);
+            let expected = one_by_one(Column::new(&ranges), &kernel.rules, exact);
+            assert_eq!(first_hit(level, Column::new(&ranges), kernel, exact), expected, "{level}");
         }
     }
 

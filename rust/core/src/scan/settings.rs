@@ -1,52 +1,71 @@
-//! What is known of a scanner before a scan arrives.
+//! The settings of a scanner, and how they are checked.
 
-use super::geometry::{Mount, Outline};
-use super::reading::{LimitsPolicy, TooClose};
 use super::vote::BeamVote;
-use crate::error::{Error, finite, non_negative};
+use crate::error::{Error, count_in, finite, non_negative, one_entry_each};
+use crate::vehicle::{Mount, Outline};
 
 /// A sensor whose beams span more than this is more likely described in degrees, rad.
 const WIDEST_VIEW: f64 = 4.0 * std::f64::consts::PI;
 
-/// More beams than any scanner has, so that tables fit in memory and counts in 32 bits.
+/// More beams than any scanner has. Tables of as many fit in memory, and their counts in 32 bits.
 const MOST_BEAMS: usize = 1 << 22;
 
-/// No scanner's range begins farther away than this, m. Keeps bounds finite in `f32` too.
+/// No scanner's range begins farther away than this, m. This keeps bounds finite in `f32` too.
 const FARTHEST: f64 = 1e30;
+
+/// What a reading of -inf counts as, which says that an object is nearer than `range_min`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TooClose {
+    /// It is a hit at `range_min`.
+    #[default]
+    Hit,
+    /// It is nothing: infinities are ignored, literally.
+    Ignore,
+}
+
+/// What the user's limits do to a valid reading outside them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LimitsPolicy {
+    /// A reading beyond the far limit is out of the horizon and never the cause; one below the near limit is kept as it is.
+    #[default]
+    Horizon,
+    /// Readings are clamped into the limits, literally.
+    Clamp,
+}
 
 /// Everything that is known of a scanner before a scan arrives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Direction of the first beam in the sensor frame, rad.
+    /// The direction of the first beam in the sensor frame, rad.
     pub angle_min: f64,
-    /// From one beam to the next, rad; negative for a scanner that turns clockwise.
+    /// The angle from one beam to the next, rad; negative for a scanner that turns clockwise.
     pub angle_increment: f64,
-    /// Number of beams.
+    /// The number of beams.
     pub beams: usize,
     /// Readings below this are discarded, m.
     pub range_min: f64,
     /// Readings above this are discarded, m.
     pub range_max: f64,
-    /// The user's (near, far), m.
+    /// The user's limits (near, far), m.
     pub limits: Option<(f64, f64)>,
-    /// What the limits do.
+    /// What the limits do to valid readings outside them.
     pub limits_policy: LimitsPolicy,
     /// Where the sensor sits.
     pub mount: Mount,
     /// The vehicle's shape.
     pub outline: Option<Outline>,
-    /// Beams to ignore.
+    /// Which beams are ignored.
     pub mask: Option<Vec<bool>>,
     /// Closing at or below this is not closing, m/s.
     pub min_closing_speed: f64,
-    /// What -inf means.
+    /// What a reading of -inf counts as.
     pub too_close: TooClose,
-    /// How a speckle is outvoted.
+    /// Which beam decides; without a vote the nearest in time.
     pub beam_vote: Option<BeamVote>,
 }
 
 impl Settings {
-    /// The least that describes a scanner; everything else at its default.
+    /// The settings of a scanner with these beams, and everything else at its default.
     #[must_use]
     pub fn new(angle_min: f64, angle_increment: f64, beams: usize) -> Self {
         Settings {
@@ -69,10 +88,7 @@ impl Settings {
     pub(super) fn check(&self) -> Result<(), Error> {
         finite("angle_min", self.angle_min)?;
         finite("angle_increment", self.angle_increment)?;
-        if !(1..=MOST_BEAMS).contains(&self.beams) {
-            let got = self.beams;
-            return Err(Error::new("beams", format!("must be at least 1 and at most {MOST_BEAMS}, got {got}")));
-        }
+        count_in("beams", self.beams, 1..=MOST_BEAMS)?;
         if self.angle_increment == 0.0 && self.beams > 1 {
             return Err(Error::new("angle_increment", "must not be 0 with more than one beam"));
         }
@@ -118,12 +134,7 @@ impl Settings {
                 format!("end at {far:?}, not beyond range_min = {low:?}: no reading could ever count"),
             ));
         }
-        if let Some(mask) = &self.mask
-            && mask.len() != self.beams
-        {
-            let (got, beams) = (mask.len(), self.beams);
-            return Err(Error::new("mask", format!("must have one entry for each of the {beams} beams, got {got}")));
-        }
+        self.mask.as_ref().map_or(Ok(()), |mask| one_entry_each("mask", mask.len(), self.beams, "beams"))?;
         non_negative("min_closing_speed", self.min_closing_speed)?;
         self.mount.checked()?;
         self.outline.map(Outline::checked).transpose()?;
@@ -131,13 +142,13 @@ impl Settings {
         Ok(())
     }
 
-    /// Direction of each beam in the sensor frame, rad.
+    /// The direction of each beam in the sensor frame, rad.
     #[must_use]
     pub fn angles(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         (0..self.beams).map(|beam| self.angle(beam))
     }
 
-    pub(super) fn angle(&self, beam: usize) -> f64 {
+    pub(crate) fn angle(&self, beam: usize) -> f64 {
         self.angle_min + self.angle_increment * beam as f64
     }
 }

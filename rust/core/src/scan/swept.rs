@@ -1,18 +1,18 @@
 //! Which beam's point is hit first: the swept path of [`crate::path`] over the beams of a scanner.
 
-use super::prepared::KernelTables;
-use super::reading::Rules;
-use super::tables::{ExactBeams, Tables};
-use super::vote::Hit;
-use super::{Motion, Nearest, Range, ScanTtc, View};
+use super::readings::Rules;
+use super::tables::{ExactBeams, KernelTables, Tables};
+use super::{Nearest, Range, ScanTtc, View};
 use crate::column::{Column, ColumnMut, Source};
 use crate::error::Error;
+use crate::hit::Hit;
 use crate::lanes::{Lanes, window};
 use crate::path::{Frame, Sweep, SweptPath, each, entering, least};
 use crate::real::Real;
 use crate::status::Status;
+use crate::vehicle::Motion;
 
-/// A scanner, and how far ahead to look. Beams, validity and limits are the scanner's, the outline is its vehicle's.
+/// A scanner, and how far ahead it looks. Beams, validity and limits are the scanner's, the outline is its vehicle's.
 #[derive(Clone, Debug)]
 pub struct ScanSweptPath {
     scan: ScanTtc,
@@ -20,7 +20,7 @@ pub struct ScanSweptPath {
 }
 
 impl ScanSweptPath {
-    /// The swept path of a scanner's vehicle.
+    /// Makes the swept path of a scanner's vehicle.
     ///
     /// # Errors
     /// When the scanner has no outline, or the horizon is no time.
@@ -43,7 +43,7 @@ impl ScanSweptPath {
         self.path.horizon()
     }
 
-    /// Least time until the point of a beam enters the outline, s; `None` when nothing valid was observed.
+    /// Returns the least time until the point of a beam enters the outline, s; `None` when nothing valid was observed.
     ///
     /// # Errors
     /// When the number of ranges or the motion makes no sense.
@@ -53,17 +53,17 @@ impl ScanSweptPath {
         Ok((best.closes() || view.observes()).then_some(best.ttc))
     }
 
-    /// The beam whose point is hit first, and everything that says why.
+    /// Returns the beam whose point is hit first, and everything that says why.
     ///
     /// # Errors
     /// When the number of ranges or the motion makes no sense.
     pub fn nearest<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Nearest, Error> {
         let (view, sweep) = self.view(ranges, motion)?;
-        let (best, supported) = view.first(&sweep);
-        Ok(self.scan.nearest_of(&view, best, supported))
+        let (best, confirmed) = view.first(&sweep);
+        Ok(view.nearest(best, confirmed))
     }
 
-    /// Time until the point of each beam enters the outline into `out`, and what it means into `status_out`.
+    /// Writes the time until the point of each beam enters the outline into `out`, and what it means into `status_out`.
     ///
     /// # Errors
     /// When a length or the motion makes no sense.
@@ -83,10 +83,10 @@ impl ScanSweptPath {
         Ok(())
     }
 
-    /// Whether a motion makes sense. Those that take a motion check it too.
+    /// Checks a motion, as every function that takes one does.
     ///
     /// # Errors
-    /// When it does not.
+    /// When the motion makes no sense for the scanner or its outline.
     pub fn check_motion(&self, motion: Motion) -> Result<(), Error> {
         self.scan.check_motion(motion)?;
         self.path.check_motion(motion)
@@ -99,11 +99,11 @@ impl ScanSweptPath {
 
 impl<T: Real> View<'_, T> {
     fn beams<S: Source<T>>(&self, ranges: S) -> Beams<'_, T, S> {
-        let KernelTables { tables, rules } = self.prepared;
-        Beams { ranges, tables, rules, exact: self.exact, mount: (self.mount.x, self.mount.y) }
+        let (KernelTables { tables, rules }, mount) = (self.kernel, self.settings.mount);
+        Beams { ranges, tables, rules, exact: self.exact, mount: (mount.x, mount.y) }
     }
 
-    /// The deciding beam, and whether a vote (if one was asked for) confirmed it.
+    /// Returns the deciding beam, and whether the vote, if there is one, confirms it.
     fn first(&self, sweep: &Sweep) -> (Hit, bool) {
         match self.ranges.dense() {
             Some(ranges) => self.first_of(self.beams(ranges), sweep),
@@ -112,7 +112,7 @@ impl<T: Real> View<'_, T> {
     }
 
     fn first_of<S: Source<T>>(&self, beams: Beams<'_, T, S>, sweep: &Sweep) -> (Hit, bool) {
-        match self.beam_vote {
+        match self.settings.beam_vote {
             None => (least(self.level, beams, sweep), true),
             Some(beam_vote) => self.elected(beam_vote, entering(self.level, beams, sweep)),
         }
@@ -175,7 +175,7 @@ impl<T: Real, S: Source<T>> Frame<T> for Beams<'_, T, S> {
 
     #[inline(always)]
     fn touches(&self, beam: usize) -> bool {
-        // Of a sensor outside the outline, a reading of 0 is in contact with the sensor, which may be anywhere.
+        // Where the sensor is outside the outline, a reading of 0 touches the sensor, which may be anywhere.
         self.exact.beams.offset[beam] > 0.0 && self.exact.clearance(beam, self.range(beam)) <= 0.0
     }
 

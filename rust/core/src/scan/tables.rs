@@ -1,34 +1,35 @@
-//! What is known of each beam before a scan arrives.
+//! What is known of each beam before a scan arrives, in the forms that the kernels read.
+//!
+//! [`Beams`] is the truth, in `f64`: directions, and the distances from the sensor to the outline. [`ExactBeams`] is the beams
+//! in one motion, and decides. [`Tables`] is the beams in the type of the ranges, and bounds what the search need not decide.
 
-use super::formula::ttc;
-use super::geometry::{Mount, Outline};
+use super::readings::Rules;
+use super::settings::Settings;
+use crate::formula::ttc;
 use crate::lanes::{LANES, Lanes, lanes, padded, window};
 use crate::real::Real;
 use std::ops::Range;
 
-/// The beams in `f64`: the truth that decisions are made with.
+/// The beams in `f64`.
 #[derive(Clone, Debug)]
-pub(super) struct Beams {
-    /// Direction of each beam in the vehicle frame.
+pub(crate) struct Beams {
+    /// The cosine of the direction of each beam in the vehicle frame.
     pub cos: Vec<f64>,
+    /// The sine of the direction of each beam in the vehicle frame.
     pub sin: Vec<f64>,
-    /// From the sensor to the outline; NaN where the beam is ignored, and in the padding.
+    /// The distance from the sensor to the outline along each beam, m; NaN where the beam is ignored, and in the padding.
     pub offset: Vec<f64>,
 }
 
 impl Beams {
-    pub(super) fn new(
-        angles: impl ExactSizeIterator<Item = f64> + Clone,
-        mount: Mount,
-        outline: Option<Outline>,
-        mask: Option<&[bool]>,
-    ) -> Self {
-        let directions = angles.map(|angle| (angle + mount.yaw).sin_cos());
+    pub(super) fn new(settings: &Settings) -> Self {
+        let mount = settings.mount;
+        let directions = settings.angles().map(|angle| (angle + mount.yaw).sin_cos());
         let offsets = directions.clone().enumerate().map(|(beam, (sin, cos))| {
-            if mask.is_some_and(|mask| mask[beam]) {
+            if settings.mask.as_ref().is_some_and(|mask| mask[beam]) {
                 f64::NAN
             } else {
-                outline.map_or(0.0, |outline| outline.offset((mount.x, mount.y), (cos, sin)))
+                settings.outline.map_or(0.0, |outline| outline.offset((mount.x, mount.y), (cos, sin)))
             }
         });
         Beams {
@@ -44,34 +45,34 @@ impl Beams {
     }
 }
 
-/// The beams for one motion of the sensor.
+/// The beams in one motion of the sensor.
 #[derive(Clone, Copy)]
-pub(super) struct ExactBeams<'a> {
+pub(crate) struct ExactBeams<'a> {
     pub beams: &'a Beams,
     pub velocity: (f64, f64),
     pub min_closing_speed: f64,
 }
 
 impl ExactBeams<'_> {
-    /// Closing speed of one beam.
+    /// The closing speed of one beam, m/s.
     #[inline(always)]
     pub(super) fn closing(&self, beam: usize) -> f64 {
         self.velocity.0 * self.beams.cos[beam] + self.velocity.1 * self.beams.sin[beam]
     }
 
-    /// Clearance of one beam.
+    /// The clearance of one beam, m.
     #[inline(always)]
     pub(super) fn clearance(&self, beam: usize, range: f64) -> f64 {
         range - self.beams.offset[beam]
     }
 
-    /// Time-to-collision of a usable range; infinite where there is none.
+    /// The time-to-collision of one beam with a usable range, s; infinite without one.
     #[inline(always)]
     pub(super) fn ttc(&self, beam: usize, range: f64) -> f64 {
         ttc(self.clearance(beam, range), self.closing(beam), self.min_closing_speed)
     }
 
-    /// The same of beams `at .. at + LANES`.
+    /// The times-to-collision of the beams `at .. at + LANES`, s; infinite where there is no usable range.
     #[inline(always)]
     pub(super) fn ttc_lanes<T: Real>(&self, at: usize, ranges: &Lanes<T>) -> Lanes<f64> {
         let (cos, sin) = (window(&self.beams.cos, at), window(&self.beams.sin, at));
@@ -83,43 +84,58 @@ impl ExactBeams<'_> {
     }
 }
 
+/// Everything that a kernel reads besides the scan itself.
+#[derive(Clone, Debug)]
+pub(crate) struct KernelTables<T> {
+    pub tables: Tables<T>,
+    pub rules: Rules<T>,
+}
+
+impl<T: Real> KernelTables<T> {
+    pub(super) fn new(settings: &Settings, beams: &Beams) -> Self {
+        KernelTables { tables: Tables::new(beams, settings.beams), rules: Rules::new(settings) }
+    }
+}
+
 /// The beams in the type of the ranges: what bounds and per-beam results are computed from.
 #[derive(Clone, Debug)]
-pub(super) struct Tables<T> {
-    /// From the sensor to the outline, rounded to nearest; NaN where the beam is ignored.
+pub(crate) struct Tables<T> {
+    /// The distance from the sensor to the outline, rounded to nearest; NaN where the beam is ignored.
     pub offset: Vec<T>,
-    /// The largest number not above the truth: a range up to it is in contact, exactly.
+    /// The largest number not above that distance: exactly the ranges up to it are in contact.
     pub offset_below: Vec<T>,
-    /// `1 / cos`, rounded to nearest.
+    /// `1 / cos` of each beam, rounded to nearest.
     pub inverse: Vec<T>,
     /// The least and the largest `cos` of each group.
     pub extremes: Vec<(T, T)>,
-    /// Every beam by itself.
+    /// Bounds of every beam by itself.
     pub beams: Envelope<T>,
-    /// Each lane of each block.
+    /// Bounds of the beams that each lane of each block sees.
     pub blocks: Envelope<T>,
-    /// How many groups of lanes there are, and how many in a block.
+    /// How many groups of lanes there are.
     groups: usize,
+    /// How many groups are in a block.
     block: usize,
 }
 
 /// What no beam of a set exceeds, for one set after the other: each beam, or the beams that one lane of a block sees.
 #[derive(Clone, Debug)]
-pub(super) struct Envelope<T> {
-    /// The direction in the middle.
+pub(crate) struct Envelope<T> {
+    /// The cosine of the direction in the middle.
     pub cos: Vec<T>,
+    /// The sine of the direction in the middle.
     pub sin: Vec<T>,
     /// No direction is farther from the middle than this, in any set.
     pub spread: T,
-    /// Not below the truth: what is left of a range after it is not above the true clearance. NaN without beams.
+    /// A number that is not below the true offsets, so that a range less it is not above the true clearance; NaN without beams.
     pub offset: Vec<T>,
-    /// Not above any `1 / cos` of the beams that close when driving forward; NaN without one.
+    /// A number that is not above `1 / cos` of any beam that closes when driving forward; NaN without one.
     pub inverse_forward: Vec<T>,
-    /// Not above any `1 / -cos` of the beams that close when reversing; NaN without one.
+    /// A number that is not above `1 / -cos` of any beam that closes when reversing; NaN without one.
     pub inverse_reverse: Vec<T>,
 }
 
-/// At most this many blocks, so that their bounds fit on the stack.
+/// The largest number of blocks; the bounds of all of them fit on the stack.
 pub(super) const BLOCKS: usize = 128;
 
 /// Where a group begins. The last group overlaps the one before it rather than be a short one: seeing a beam twice

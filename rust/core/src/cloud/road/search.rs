@@ -2,7 +2,7 @@
 
 use super::super::gate::{Axis, Gate, Interval, REP_103};
 use super::stacks::LAYERS_PER_METRE;
-use crate::error::{Error, finite};
+use crate::error::{Error, at_least_one, finite, positive, share};
 
 /// More voxels than this take more memory than a road is worth.
 const MOST_VOXELS: f64 = (1 << 22) as f64;
@@ -79,12 +79,8 @@ impl RoadSearch {
             let problem = format!("must be finite and at least {LEAST_WIDTH}, got {:?}", self.min_width);
             return Err(Error::new("min_width", problem));
         }
-        if self.min_patches == 0 {
-            return Err(Error::new("min_patches", "must be at least 1, got 0"));
-        }
-        if !(0.0..=1.0).contains(&self.min_share) {
-            return Err(Error::new("min_share", format!("must be in [0, 1], got {:?}", self.min_share)));
-        }
+        at_least_one("min_patches", self.min_patches)?;
+        share("min_share", self.min_share)?;
         let [rows, columns] = [self.x, self.y].map(|(low, high)| (high - low).ceil().max(1.0));
         if rows * columns * (2.0 * self.reach() * LAYERS_PER_METRE).ceil() > MOST_VOXELS {
             return Err(Error::new("x, y", "span too large a region for max_slope and height_tolerance: narrow one"));
@@ -109,11 +105,4 @@ impl RoadSearch {
     pub(super) fn reach_at(&self, x: f64, y: f64) -> f64 {
         self.height_tolerance + self.max_slope * (x.abs() + y.abs())
     }
-}
-
-fn positive(argument: &'static str, value: f64) -> Result<f64, Error> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(value);
-    }
-    Err(Error::new(argument, format!("must be finite and above 0, got {value:?}")))
 }

@@ -1,4 +1,4 @@
-//! The time-to-collision of one beam.
+//! The formula: clearance over closing speed.
 
 use crate::real::Real;
 
@@ -8,9 +8,9 @@ pub(crate) fn ttc<T: Real>(clearance: T, closing: T, min_closing_speed: T) -> T 
     finish_ttc(clearance / closing, clearance, closing, min_closing_speed)
 }
 
-/// The same, with the quotient at hand.
+/// Makes a time-to-collision of `ttc`, the quotient of clearance and closing speed.
 #[inline(always)]
-pub(super) fn finish_ttc<T: Real>(ttc: T, clearance: T, closing: T, min_closing_speed: T) -> T {
+pub(crate) fn finish_ttc<T: Real>(ttc: T, clearance: T, closing: T, min_closing_speed: T) -> T {
     let ttc = if clearance <= T::ZERO { T::ZERO } else { ttc };
     let ttc = if closing > min_closing_speed { ttc } else { T::INFINITY };
     if ttc >= T::ZERO { ttc } else { T::INFINITY }

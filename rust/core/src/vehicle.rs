@@ -1,6 +1,15 @@
-//! Where the beams of a mounted sensor point, and where they leave the vehicle.
+//! The vehicle: where its sensor sits, how far it reaches, and how it moves.
+//!
+//! A beam is measured from the sensor, and a collision happens at the outline: [`Outline::offset`] is what lies between the
+//! two along the beam. [`Motion::sensor_velocity`] is how the sensor moves as its vehicle drives and turns.
 
 use crate::error::{Error, finite};
+
+/// No vehicle is faster than light, m/s. This keeps every product far from overflow.
+pub(crate) const LIGHT_SPEED: f64 = 299_792_458.0;
+
+/// Directions this close to the direction of an edge run along it: the cosine of a right angle is not exactly 0.
+const PARALLEL: f64 = 1e-12;
 
 /// Where the sensor sits on the vehicle: position (m) and yaw (rad) in the vehicle frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,7 +36,7 @@ pub struct Outline {
 }
 
 impl Mount {
-    pub(super) fn checked(self) -> Result<Self, Error> {
+    pub(crate) fn checked(self) -> Result<Self, Error> {
         finite("mount", self.x)?;
         finite("mount", self.y)?;
         finite("mount", self.yaw)?;
@@ -57,7 +66,7 @@ impl Outline {
     ///
     /// A sensor strictly inside: the way to the edge. On the edge or outside: 0 where the ray never enters the
     /// rectangle, NaN where it does, because that beam looks at the vehicle itself.
-    pub(super) fn offset(&self, (x, y): (f64, f64), (dx, dy): (f64, f64)) -> f64 {
+    pub(crate) fn offset(&self, (x, y): (f64, f64), (dx, dy): (f64, f64)) -> f64 {
         let (enter_x, exit_x) = slab(x, dx, self.x_rear, self.x_front);
         let (enter_y, exit_y) = slab(y, dy, self.y_right, self.y_left);
         let enter = enter_x.max(enter_y);
@@ -72,9 +81,6 @@ impl Outline {
     }
 }
 
-/// Directions this close to an edge's run along it: the cosine of a right angle is not exactly 0.
-const PARALLEL: f64 = 1e-12;
-
 /// When a point moving from `p` at rate `d` is between `low` and `high`; never is (inf, -inf), always (-inf, inf).
 fn slab(p: f64, d: f64, low: f64, high: f64) -> (f64, f64) {
     if d.abs() < PARALLEL {
@@ -87,6 +93,45 @@ fn slab(p: f64, d: f64, low: f64, high: f64) -> (f64, f64) {
     let to_low = (low - p) / d;
     let to_high = (high - p) / d;
     if d > 0.0 { (to_low, to_high) } else { (to_high, to_low) }
+}
+
+/// Motion of the vehicle's origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Forward, m/s; negative when reversing.
+    pub speed: f64,
+    /// Counter-clockwise, rad/s.
+    pub yaw_rate: f64,
+    /// To the left, m/s.
+    pub lateral_speed: f64,
+}
+
+impl Motion {
+    /// Velocity of the sensor in the vehicle frame: v + omega x p.
+    #[inline(always)]
+    pub(crate) fn sensor_velocity(self, mount: Mount) -> Result<(f64, f64), Error> {
+        finite("speed", self.speed)?;
+        finite("yaw_rate", self.yaw_rate)?;
+        finite("lateral_speed", self.lateral_speed)?;
+        let velocity = (self.speed - self.yaw_rate * mount.y, self.lateral_speed + self.yaw_rate * mount.x);
+        if velocity.0.abs() < LIGHT_SPEED && velocity.1.abs() < LIGHT_SPEED {
+            Ok(velocity)
+        } else {
+            Err(self.too_fast(velocity))
+        }
+    }
+
+    #[cold]
+    fn too_fast(self, (vx, vy): (f64, f64)) -> Error {
+        let argument = if self.speed.abs() >= LIGHT_SPEED {
+            "speed"
+        } else if self.lateral_speed.abs() >= LIGHT_SPEED {
+            "lateral_speed"
+        } else {
+            "yaw_rate"
+        };
+        Error::new(argument, format!("moves the sensor faster than light, at ({vx:?}, {vy:?}) m/s"))
+    }
 }
 
 #[cfg(test)]

@@ -1,32 +1,34 @@
-//! How range rates are found and judged.
+//! The settings of range rates, and how they are checked.
 
-use super::MOST_SCANS;
-use crate::error::Error;
+use crate::error::{Error, count_in, positive};
 use crate::scan::{BeamVote, Neighbours};
 
-/// A window longer than this has nothing to do with a collision, s.
+/// The largest number of scans that are remembered, however long the window.
+pub const MOST_SCANS: usize = 64;
+
+/// The longest window, s; what lies farther back has nothing to do with a collision.
 const LONGEST_WINDOW: f64 = 60.0;
 
-/// How range rates are found and judged.
+/// How range rates are fitted, and which of them count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RateSettings {
-    /// A rate is fitted to the scans of so many seconds.
+    /// How far back the scans reach that a rate is fitted to, s.
     pub window: f64,
-    /// And to at least so many.
+    /// The least number of scans that a rate is fitted to.
     pub min_scans: usize,
-    /// Standard deviation of a reading, m.
+    /// The standard deviation of a reading, m.
     pub noise: f64,
-    /// What changes faster is another surface, m/s.
+    /// How fast the range of one surface may change, m/s; what changes faster is another surface.
     pub max_speed: f64,
-    /// What changes its speed faster is another surface, m/s^2.
+    /// How fast that speed may change, m/s^2; what changes its speed faster is another surface.
     pub max_acceleration: f64,
-    /// So many standard deviations a reading may be off before it belongs to another surface.
+    /// How many standard deviations a reading may be off its surface.
     pub gate: f64,
-    /// So many standard errors a closing speed must be above 0.
+    /// How many standard errors a closing speed must exceed.
     pub significance: f64,
-    /// Neighbouring beams farther apart than this see different surfaces, m.
+    /// How far the readings of neighbouring beams on one surface may differ, m.
     pub edge: f64,
-    /// How a speckle is outvoted, among the beams that close.
+    /// Which of the beams that close decides.
     pub beam_vote: BeamVote,
 }
 
@@ -52,10 +54,7 @@ impl RateSettings {
         if self.window > LONGEST_WINDOW {
             return Err(Error::new("window", format!("must be at most {LONGEST_WINDOW} s, got {:?}", self.window)));
         }
-        if !(3..=MOST_SCANS).contains(&self.min_scans) {
-            let got = self.min_scans;
-            return Err(Error::new("min_scans", format!("must be at least 3 and at most {MOST_SCANS}, got {got}")));
-        }
+        count_in("min_scans", self.min_scans, 3..=MOST_SCANS)?;
         positive("noise", self.noise)?;
         positive("max_speed", self.max_speed)?;
         positive("max_acceleration", self.max_acceleration)?;
@@ -64,11 +63,4 @@ impl RateSettings {
         positive("edge", self.edge)?;
         self.beam_vote.checked().map(|_| ())
     }
-}
-
-fn positive(argument: &'static str, value: f64) -> Result<(), Error> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    Err(Error::new(argument, format!("must be finite and above 0, got {value:?}")))
 }

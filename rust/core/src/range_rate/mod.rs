@@ -1,40 +1,64 @@
-//! How fast each beam's range changes from scan to scan, and the time-to-collision that follows.
+//! How fast the range of each beam changes from scan to scan, and the time-to-collision that follows.
 //!
 //! Where there is no odometry, or where things move by themselves, the closing speed of a beam has to come from the
-//! ranges: [`history`] keeps the last scans, turned into the directions in which the beams point now, [`fit`] lays
-//! a line through the readings of each beam as far back as they belong to one surface, and [`judge`] says which of the
-//! slopes mean that something closes, and when it is here; [`nearest`] is the answer for the whole scan.
+//! ranges. [`history`] keeps what the last scans measured, and turns it into the directions in which the beams point now. [`fit`]
+//! fits a line to the readings of each beam, as far back as they belong to one surface. [`classify`] says which of the slopes
+//! mean that something closes, and when it arrives. The vote of the scanner's beams then elects the one that decides.
 
+mod classify;
 mod fit;
 mod history;
-mod judge;
-mod measure;
-mod nearest;
 mod settings;
-mod turn;
 
-pub use judge::Outputs;
-pub use nearest::RatedNearest;
-pub use settings::RateSettings;
+pub use classify::Outputs;
+pub use settings::{MOST_SCANS, RateSettings};
 
-use super::{Motion, Range, ScanTtc};
 use crate::column::Column;
 use crate::error::{Error, finite};
-use history::{GROUP, History, Past, Remembered};
-use judge::{Beams, Coverage, Judge};
-use measure::Measure;
-use turn::{Turn, Turned};
+use crate::hit::{Counts, Hit};
+use crate::scan::{Range, ScanTtc, View};
+use crate::status::Status;
+use crate::vehicle::Motion;
+use classify::{Beams, Classify, Coverage, Least};
+use fit::LineFit;
+use history::{GROUP, History, Measure, Remembered, past};
 
-/// So many scans are remembered at most, however long the window.
-pub const MOST_SCANS: usize = 64;
-
-/// No vehicle turns faster, rad/s. Keeps headings far from overflow.
+/// No vehicle turns faster, rad/s. This keeps headings far from overflow.
 const FASTEST_TURN: f64 = 1e4;
+
+/// The beam that comes nearest in time by its own range rate, and everything that says why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RatedNearest {
+    /// The least time-to-collision, s.
+    pub ttc: f64,
+    /// What that time means.
+    pub status: Status,
+    /// The beam that decided: the one of `ttc`, else the first in contact, else none.
+    pub beam: Option<usize>,
+    /// The direction of that beam in the sensor frame, rad. It is NaN without a beam, as is all that follows.
+    pub angle: f64,
+    /// The reading of that beam, m.
+    pub range: f64,
+    /// What is left of the reading outside the outline, m.
+    pub clearance: f64,
+    /// How fast the range of the beam shrinks, m/s; NaN where unknown.
+    pub closing_speed: f64,
+    /// The standard error of that speed, m/s.
+    pub standard_error: f64,
+    /// How often each case of a reading occurred.
+    pub counts: Counts,
+    /// The number of beams whose range rate is known.
+    pub rated: u32,
+    /// The number of beams that see something whose range rate is unknown.
+    pub unrated: u32,
+    /// The least clearance of the latter, m; infinite without one.
+    pub nearest_unrated: f64,
+}
 
 /// What a [`RangeRate`] remembers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
-    /// When each scan was taken, s.
+    /// When each scan was taken, s, the oldest first.
     pub stamps: Vec<f64>,
     /// How far the vehicle had turned by then, rad.
     pub headings: Vec<f64>,
@@ -48,15 +72,16 @@ pub struct RangeRate {
     scan: ScanTtc,
     settings: RateSettings,
     history: History,
-    /// From the sensor to the outline, in whole groups; NaN where a beam is ignored, and in the padding.
+    /// The distance from the sensor to the outline along each beam, m, in whole groups; NaN where a beam is ignored, and in the
+    /// padding.
     offset: Vec<f64>,
-    /// Room for old scans in new directions.
+    /// Memory for old scans in new directions.
     turned: Vec<f64>,
     beams: Beams,
 }
 
 impl RangeRate {
-    /// Nothing is known before a few scans.
+    /// Makes one that remembers no scan.
     ///
     /// # Errors
     /// When a setting makes no sense.
@@ -74,12 +99,12 @@ impl RangeRate {
         &self.settings
     }
 
-    /// Forget every scan.
+    /// Forgets every scan.
     pub fn reset(&mut self) {
         self.history.clear();
     }
 
-    /// What is remembered, the oldest first: stamps (s), headings (rad), and readings (m) one scan after the other.
+    /// Returns what is remembered.
     #[must_use]
     pub fn state(&self) -> State {
         let oldest_first = || self.history.iter().rev();
@@ -91,10 +116,10 @@ impl RangeRate {
         }
     }
 
-    /// Remember what another of the same settings did.
+    /// Remembers what another of the same settings did.
     ///
     /// # Errors
-    /// When that is not what [`RangeRate::state`] gives; nothing has changed then.
+    /// When the state is none that [`RangeRate::state`] gives. Nothing has changed then.
     pub fn restore(&mut self, state: &State) -> Result<(), Error> {
         let State { stamps, headings, readings } = state;
         let width = self.scan.settings.beams;
@@ -114,9 +139,9 @@ impl RangeRate {
         Ok(())
     }
 
-    /// Take the next scan, and find the nearest beam in time.
+    /// Takes the next scan, and returns the nearest beam in time.
     ///
-    /// A scan that is not newer than the last changes nothing and is INVALID.
+    /// A scan that is not newer than the last changes nothing, and its status is INVALID.
     ///
     /// # Errors
     /// When a length, the stamp or the yaw rate makes no sense. Nothing is remembered then.
@@ -136,18 +161,18 @@ impl RangeRate {
         let elapsed = self.history.newest().map(|last| stamp - last.stamp);
         if elapsed.is_some_and(|elapsed| elapsed <= 0.0) {
             outputs.fill_invalid(ranges.len());
-            return Ok(RatedNearest::OUT_OF_ORDER);
+            return Ok(RatedNearest::out_of_order());
         }
         let stale = elapsed.is_some_and(|elapsed| elapsed > self.settings.window);
         self.remember(ranges, stamp, elapsed.map_or(0.0, |elapsed| yaw_rate * elapsed));
-        let coverage = self.judge(ranges, outputs);
+        let coverage = self.classify(ranges, outputs);
         Ok(self.nearest(&self.scan.view(ranges, Motion::default())?, coverage, stale))
     }
 
-    /// Keep what was measured, and forget what is older than the window.
+    /// Remembers what was measured, and forgets what is older than the window.
     fn remember<T: Range>(&mut self, ranges: Column<'_, T>, stamp: f64, turned: f64) {
-        self.history.forget(stamp, self.settings.window, MOST_SCANS);
-        let (rules, offset, memory) = (T::prepared(&self.scan).rules, &self.offset, self.history.memory());
+        self.history.forget(stamp, self.settings.window);
+        let (rules, offset, memory) = (T::kernel_tables(&self.scan).rules, &self.offset, self.history.memory());
         let readings = match ranges.dense() {
             Some(ranges) => self.scan.level.run(Measure { ranges, rules, offset, memory }),
             None => self.scan.level.run(Measure { ranges, rules, offset, memory }),
@@ -156,45 +181,88 @@ impl RangeRate {
         self.history.remember(Remembered { stamp, heading, readings });
     }
 
-    fn judge<T: Range>(&mut self, ranges: Column<'_, T>, outputs: &mut Outputs<'_, T>) -> Coverage {
+    /// Computes what is known of each beam.
+    fn classify<T: Range>(&mut self, ranges: Column<'_, T>, outputs: &mut Outputs<'_, T>) -> Coverage {
         let RangeRate { scan, settings, history, offset, turned, beams } = self;
-        let past = past(history, turned, scan, settings.edge);
+        let past = &*past(history, turned, scan, settings.edge);
         let newest = history.newest().map_or(&[][..], |scan| &scan.readings);
-        let readings = T::prepared(scan).rules;
-        let least =
-            judge::Least { significance: settings.significance, closing_speed: scan.settings.min_closing_speed };
-        let rules = fit::Rules::new(settings);
-        let past = past.as_slice();
+        let (rules, line_fit) = (T::kernel_tables(scan).rules, LineFit::new(settings));
+        let least = Least { significance: settings.significance, closing_speed: scan.settings.min_closing_speed };
         match ranges.dense() {
             Some(ranges) => {
-                scan.level.run(Judge { ranges, readings, offset, newest, past, rules, least, beams, outputs })
+                scan.level.run(Classify { ranges, rules, offset, newest, past, line_fit, least, beams, outputs })
             }
-            None => scan.level.run(Judge { ranges, readings, offset, newest, past, rules, least, beams, outputs }),
+            None => scan.level.run(Classify { ranges, rules, offset, newest, past, line_fit, least, beams, outputs }),
         }
+    }
+
+    /// Returns the answer for the scan.
+    fn nearest<T: Range>(&self, view: &View<'_, T>, coverage: Coverage, stale: bool) -> RatedNearest {
+        let counts = view.counts();
+        let (best, confirmed) = self.elected();
+        let beam = view.deciding(best, &counts);
+        let status = if !view.observes() {
+            Status::NoData
+        } else if stale {
+            Status::Stale
+        } else if coverage.unrated > 0 && coverage.rated == 0 {
+            Status::WarmingUp
+        } else if counts.contact > 0 {
+            Status::Contact
+        } else if !confirmed {
+            Status::TooFew
+        } else if best.closes() {
+            Status::Closing
+        } else if coverage.rated > 0 {
+            Status::NotClosing
+        } else {
+            Status::Clear
+        };
+        let range = beam.map_or(f64::NAN, |beam| view.usable(beam));
+        RatedNearest {
+            ttc: best.ttc,
+            status,
+            beam,
+            angle: beam.map_or(f64::NAN, |beam| self.scan.settings.angle(beam)),
+            range,
+            clearance: beam.map_or(f64::NAN, |beam| view.clearance(beam, range)),
+            closing_speed: beam.map_or(f64::NAN, |beam| -self.beams.range_rate[beam]),
+            standard_error: beam.map_or(f64::NAN, |beam| self.beams.standard_error[beam]),
+            counts,
+            rated: coverage.rated,
+            unrated: coverage.unrated,
+            nearest_unrated: coverage.nearest_unrated,
+        }
+    }
+
+    /// Returns the deciding beam, and whether the vote confirms it. Only beams that close are neighbours of one another.
+    fn elected(&self) -> (Hit, bool) {
+        let Some(newest) = self.history.newest() else { return (Hit::NONE, true) };
+        let times = &self.beams.ttc[..self.scan.settings.beams];
+        let each = times.iter().enumerate().map(|(index, ttc)| Hit { ttc: *ttc, index });
+        let usable = |beam: usize| if times[beam] < f64::INFINITY { newest.readings[beam] } else { f64::NAN };
+        self.settings.beam_vote.elect(each.filter(Hit::closes).collect(), times.len(), usable)
     }
 }
 
-/// All but the newest scan, from the second newest on, in the directions in which the beams point now.
-fn past<'a>(history: &'a History, turned: &'a mut Vec<f64>, scan: &ScanTtc, edge: f64) -> Vec<Past<'a>> {
-    let mut scans = history.iter();
-    let Some(newest) = scans.next() else { return vec![] };
-    let length = newest.readings.len();
-    turned.resize(length * MOST_SCANS, f64::NAN);
-    let mut rooms = turned.chunks_exact_mut(length);
-    let settings = &scan.settings;
-    scans
-        .filter_map(|old| {
-            let angle = newest.heading - old.heading;
-            let age = newest.stamp - old.stamp;
-            if angle == 0.0 {
-                return Some(Past { age, readings: &old.readings });
-            }
-            let turn = Turn::new(angle, settings.angle_increment, settings.beams)?;
-            let out = rooms.next()?;
-            scan.level.run(Turned { readings: &old.readings, turn, edge, out: &mut *out });
-            Some(Past { age, readings: out })
-        })
-        .collect()
+impl RatedNearest {
+    /// The answer for a scan that is not newer than the last.
+    fn out_of_order() -> RatedNearest {
+        RatedNearest {
+            ttc: f64::INFINITY,
+            status: Status::Invalid,
+            beam: None,
+            angle: f64::NAN,
+            range: f64::NAN,
+            clearance: f64::NAN,
+            closing_speed: f64::NAN,
+            standard_error: f64::NAN,
+            counts: Counts::default(),
+            rated: 0,
+            unrated: 0,
+            nearest_unrated: f64::INFINITY,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,55 +1,15 @@
-//! What a number in `ranges` means (REP 117, `sensor_msgs/LaserScan`).
+//! What a number in `ranges` means (REP 117, `sensor_msgs/LaserScan`), and how often each case occurs.
 
-use super::tables::Tables;
+use super::settings::{LimitsPolicy, Settings, TooClose};
 use crate::column::Source;
+use crate::hit::Counts;
 use crate::lanes::{LANES, Lanes, lanes, window};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel};
 
-/// What a reading of -inf, an object nearer than `range_min`, counts as.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TooClose {
-    /// A hit at `range_min`.
-    #[default]
-    Hit,
-    /// Nothing: the literal "ignore infinities".
-    Ignore,
-}
-
-/// What the user's limits do to a valid reading outside them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LimitsPolicy {
-    /// Beyond the far limit is out of the horizon and never the cause; below the near limit is kept as it is.
-    #[default]
-    Horizon,
-    /// Readings are clamped into the limits, literally.
-    Clamp,
-}
-
-/// How often each case occurred in one scan. Every beam is counted once in the first seven; `contact` is apart.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Valid readings within the user's limits.
-    pub valid: u32,
-    /// NaN.
-    pub invalid: u32,
-    /// -inf: an object nearer than `range_min`.
-    pub too_close: u32,
-    /// +inf: observed free space.
-    pub no_return: u32,
-    /// Finite and outside the sensor's `[range_min, range_max]`: discarded.
-    pub out_of_range: u32,
-    /// Valid readings beyond the user's far limit.
-    pub beyond_limits: u32,
-    /// Ignored because of `mask`, or because the beam looks at the vehicle itself.
-    pub masked: u32,
-    /// Readings inside the outline.
-    pub contact: u32,
-}
-
-/// The rules, with bounds rounded to the type of the ranges.
+/// The rules by which readings count, with bounds rounded to the type of the ranges.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rules<T> {
+pub(crate) struct Rules<T> {
     pub range_min: T,
     range_max: T,
     far_limit: T,
@@ -59,23 +19,19 @@ pub(super) struct Rules<T> {
 }
 
 impl<T: Real> Rules<T> {
-    pub(super) fn new(
-        (range_min, range_max): (f64, f64),
-        limits: Option<(f64, f64)>,
-        policy: LimitsPolicy,
-        too_close: TooClose,
-    ) -> Self {
-        let (near, far) = limits.map_or((T::ZERO, T::INFINITY), |(near, far)| (T::from_f64(near), T::from_f64(far)));
-        let clamps = policy == LimitsPolicy::Clamp;
-        let range_max = T::from_f64(range_max);
+    pub(super) fn new(settings: &Settings) -> Self {
+        let (range_min, range_max) = (T::from_f64(settings.range_min), T::from_f64(settings.range_max));
+        let limits = settings.limits.map(|(near, far)| (T::from_f64(near), T::from_f64(far)));
+        let (near, far) = limits.unwrap_or((T::ZERO, T::INFINITY));
+        let clamps = settings.limits_policy == LimitsPolicy::Clamp;
         let farthest = if clamps || range_max < far { range_max } else { far };
         Rules {
-            range_min: T::from_f64(range_min),
+            range_min,
             range_max,
             far_limit: far,
             clamp: if clamps { (near, far) } else { (T::ZERO, T::INFINITY) },
-            too_close: match too_close {
-                TooClose::Hit => T::from_f64(range_min),
+            too_close: match settings.too_close {
+                TooClose::Hit => range_min,
                 TooClose::Ignore => T::NAN,
             },
             usable_max: if farthest < T::MAX { farthest } else { T::MAX },
@@ -87,13 +43,13 @@ impl<T: Real> Rules<T> {
         self.clamp.1 < T::INFINITY || self.clamp.0 > T::ZERO
     }
 
-    /// The range to compute with, or NaN where there is none.
+    /// The range to compute with: a valid reading, moved into the user's limits if they clamp; NaN where there is none.
     #[inline(always)]
-    pub(super) fn usable(&self, r: T) -> T {
+    pub(crate) fn usable(&self, r: T) -> T {
         self.clamped(self.valid(r))
     }
 
-    /// The same before it is moved into the user's limits.
+    /// The valid reading before it is moved into the user's limits; NaN where there is none.
     #[inline(always)]
     pub(super) fn valid(&self, r: T) -> T {
         let r = if r == T::ZERO - T::INFINITY { self.too_close } else { r };
@@ -107,16 +63,16 @@ impl<T: Real> Rules<T> {
         if r > self.clamp.1 { self.clamp.1 } else { r }
     }
 
-    /// For each lane a bit, whether it is finite, from `range_min` up and at most `farthest`.
+    /// A bit for each lane that is finite, not below `range_min` and not above `farthest`.
     #[inline(always)]
     fn within<I: Instructions>(&self, simd: I, ranges: &Lanes<T>, farthest: T) -> u16 {
         let farthest = if farthest < T::MAX { farthest } else { T::MAX };
         T::within(simd, ranges, &[self.range_min; LANES], &[farthest; LANES])
     }
 
-    /// Whether the sensor saw anything at all there: a reading it vouches for, or free space.
+    /// Whether the sensor saw anything at all: a reading within its range, or free space.
     #[inline(always)]
-    pub(super) fn observed(&self, r: T) -> bool {
+    pub(crate) fn observed(&self, r: T) -> bool {
         let too_close = r == T::ZERO - T::INFINITY;
         let hit = too_close & !self.too_close.is_nan();
         hit | (r == T::INFINITY) | ((r >= self.range_min) & (r <= self.range_max))
@@ -127,7 +83,8 @@ impl<T: Real> Rules<T> {
 pub(super) struct CountReadings<'a, T, S> {
     pub ranges: S,
     pub rules: Rules<T>,
-    pub tables: &'a Tables<T>,
+    /// The largest range of each beam that is in contact; NaN where the beam is ignored.
+    pub offset_below: &'a [T],
 }
 
 impl<T: Real, S: Source<T>> Kernel for CountReadings<'_, T, S> {
@@ -150,13 +107,13 @@ impl<T: Real, S: Source<T>> Kernel for CountReadings<'_, T, S> {
 }
 
 impl<T: Real, S> CountReadings<'_, T, S> {
-    /// Count the readings of a group that are `there`. Most groups are ordinary: all valid, none in contact.
+    /// Counts the readings of a group that are `there`. Most groups are ordinary: all are valid, none is in contact.
     #[inline(always)]
     fn count<I: Instructions>(&self, simd: I, counts: &mut Counts, at: usize, ranges: &Lanes<T>, there: u16) {
         let Rules { range_max, far_limit, .. } = self.rules;
         let is_limited = far_limit < range_max;
         let farthest = if is_limited { far_limit } else { range_max };
-        let offset = window(&self.tables.offset_below, at);
+        let offset = window(self.offset_below, at);
         let valid = self.rules.within(simd, ranges, farthest);
         let outside = lanes(|lane| ranges[lane] - offset[lane]);
         let outside = T::within(simd, &outside, &[T::ZERO.above(); LANES], &[T::INFINITY; LANES]);

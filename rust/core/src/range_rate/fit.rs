@@ -1,27 +1,38 @@
 //! A line through the readings of each beam, as far back as they belong to one surface.
+//!
+//! From the newest reading backwards, a reading belongs to the same surface as the one after it if the step between the two is one
+//! that noise and the largest speed explain, and if the speed of the step differs from that of the step after it by no more than
+//! noise and the largest acceleration explain. The range rate is the slope of the line of least squares through these readings.
 
 use super::RateSettings;
 use super::history::{GROUP, Group, Past, group};
 
-/// Range rates and their standard errors, m/s; NaN where unknown.
+/// What is fitted to a group of beams.
 pub(super) struct Rates {
+    /// The range rates, m/s; NaN where unknown.
     pub range_rate: Group,
+    /// The standard errors of the range rates, m/s; NaN where unknown.
     pub standard_error: Group,
 }
 
-/// What decides whether two readings may belong to one surface, and whether they are on a line.
+/// Fits lines, by the bounds on readings of one surface.
 #[derive(Clone, Copy)]
-pub(super) struct Rules {
+pub(super) struct LineFit {
+    /// How far noise may put two readings of one surface apart, m.
     jump: f64,
+    /// The largest speed, m/s.
     max_speed: f64,
+    /// Half of the largest acceleration, m/s^2.
     half_acceleration: f64,
+    /// The least number of readings.
     min_scans: f64,
+    /// The variance of a reading, m^2.
     variance: f64,
+    /// The largest variance about a line, m^2.
     most_scatter: f64,
 }
 
-/// What is summed up over the scans of one group of beams, as far back as each sees the same surface. The newest reading is the
-/// first, with age and change 0.
+/// Sums over the readings of each beam of a group that belong to one surface. The newest reading is among them, with age and change 0.
 struct Sums {
     count: Group,
     age: Group,
@@ -31,21 +42,24 @@ struct Sums {
     products: Group,
 }
 
-/// The last reading that each beam of a group saw, and the step to it from the one before, with the time that it took: 0 when there
-/// is none.
+/// The reading of each beam of a group that was looked at last, going backwards.
 struct Last {
+    /// How much older than the newest reading it is, s.
     age: Group,
+    /// How much larger than the newest reading it is, m.
     change: Group,
+    /// How much larger than the reading looked at before it is, m; 0 without one.
     step: Group,
+    /// How much older than the reading looked at before it is, s; 0 without one.
     gap: Group,
-    /// Whether all up to here belongs to one surface: 1, or 0. Numbers stay together in lanes where bools do not.
+    /// 1 if all readings up to this one belong to one surface, else 0. Numbers stay together in lanes where bools do not.
     same: Group,
 }
 
-impl Rules {
+impl LineFit {
     pub(super) fn new(settings: &RateSettings) -> Self {
         let scatter = settings.gate * settings.noise;
-        Rules {
+        LineFit {
             jump: settings.gate * std::f64::consts::SQRT_2 * settings.noise,
             max_speed: settings.max_speed,
             half_acceleration: 0.5 * settings.max_acceleration,
@@ -55,9 +69,9 @@ impl Rules {
         }
     }
 
-    /// Fit beams `at ..`: from the newest reading back to the first that belongs to something else.
+    /// Fits lines to the group of beams `at ..`.
     ///
-    /// Ages and changes are taken from the newest scan, so that nothing of a large stamp is lost.
+    /// Ages and changes are relative to the newest scan, so that a large stamp loses no digits.
     #[inline(always)]
     pub(super) fn fit(&self, newest: &[f64], past: &[Past<'_>], at: usize) -> Rates {
         let newest = group(newest, at);
@@ -77,10 +91,10 @@ impl Rules {
         self.lines(newest, &sums)
     }
 
-    /// With the readings of one more scan.
+    /// Adds the readings of the next older scan.
     ///
-    /// Each is compared with the last that was seen, whether that was kept or not: behind one that was not nothing counts anyway,
-    /// and so no scan has to wait for the verdict on the one before.
+    /// Each reading is compared with the last one, whether that belonged to the surface or not: once one does not, no older one
+    /// counts anyway, and so no scan has to wait for the result of the one before.
     #[inline(always)]
     fn add(&self, age: f64, readings: &Group, newest: &Group, last: &mut Last, sums: &mut Sums) {
         for i in 0..GROUP {
@@ -109,6 +123,7 @@ impl Rules {
         }
     }
 
+    /// Returns the slopes of the lines, and their standard errors.
     #[inline(always)]
     fn lines(&self, newest: &Group, sums: &Sums) -> Rates {
         let mut rates = Rates { range_rate: [f64::NAN; GROUP], standard_error: [f64::NAN; GROUP] };
