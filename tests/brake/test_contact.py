@@ -91,8 +91,8 @@ def test_a_wish_to_leave_does_not_count_while_it_still_goes_deeper() -> None:
 def test_leaving_one_thing_it_brakes_for_the_next() -> None:
     decision = Parked(FRONT_LEFT, (-0.6, 0.0)).frames(4, BACK)
     assert decision.command is Command.BRAKE
-    assert decision.sight is not None
-    assert decision.sight.index == 1
+    assert decision.threat is not None
+    assert decision.threat.index == 1
 
 
 def test_something_at_both_ends_leaves_no_way() -> None:
@@ -116,9 +116,9 @@ def test_off_the_axis_it_brakes_at_the_right_time() -> None:
     """A post at (1.5, 0.85) m before a wide car at 5 m/s: the bumper is there after 1.1 m, whatever its range."""
     controller = BrakeController(path=SweptPath((-0.1, 0.4, -0.9, 0.9)), trigger=(1, 1))
     decision = controller.update(0.0, points=np.array([[1.5, 0.85]]), stamp=0.0, motion=Motion(5.0))
-    assert decision.sight is not None
-    assert decision.sight.ttc == pytest.approx(1.1 / 5.0)
-    assert decision.sight.clearance == pytest.approx(1.1)
+    assert decision.threat is not None
+    assert decision.threat.ttc == pytest.approx(1.1 / 5.0)
+    assert decision.threat.clearance == pytest.approx(1.1)
 
 
 def test_too_few_to_vote_leaves_the_decision_to_the_nearest() -> None:
@@ -129,8 +129,8 @@ def test_too_few_to_vote_leaves_the_decision_to_the_nearest() -> None:
     ranges[5] = 2.0
     decision = controller.update(0.0, ranges=ranges, stamp=0.0, motion=Motion(4.0))
     assert decision.command is Command.BRAKE
-    assert decision.sight is not None
-    assert (decision.sight.status.name, decision.sight.index) == ("TOO_FEW", 5)
+    assert decision.threat is not None
+    assert (decision.threat.status.name, decision.threat.index) == ("TOO_FEW", 5)
     crowd = np.full(11, 20.0)
     crowd[5] = 2.0
     assert controller.update(1.0, ranges=crowd, stamp=1.0, motion=Motion(4.0)).value > 1.5

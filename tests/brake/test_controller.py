@@ -101,13 +101,13 @@ class TestTrigger:
         assert decision.speed_limit == 0.0
         assert isinstance(decision.criterion, SweptPathThreshold)
         assert decision.threshold == 1.5
-        assert decision.sight is not None
-        assert decision.sight.source is Source.PATH
-        assert abs(ANGLES[decision.sight.index]) < 0.05
-        assert decision.sight.range == pytest.approx(2.4, abs=0.003)
-        assert decision.sight.clearance == pytest.approx(2.0)
-        assert decision.sight.closing_speed == 4.0
-        assert decision.sight.ttc == decision.value == pytest.approx(0.5)
+        assert decision.threat is not None
+        assert decision.threat.source is Source.PATH
+        assert abs(ANGLES[decision.threat.index]) < 0.05
+        assert decision.threat.range == pytest.approx(2.4, abs=0.003)
+        assert decision.threat.clearance == pytest.approx(2.0)
+        assert decision.threat.closing_speed == 4.0
+        assert decision.threat.ttc == decision.value == pytest.approx(0.5)
         assert "SweptPathThreshold: 0.50 < 1.5 s" in str(decision)
         assert "at 2.40 m, 2.00 m clear, closing at 4.00 m/s, TTC 0.50 s" in str(decision)
 
@@ -265,9 +265,9 @@ class TestWatchdog:
             if decision.reason is Reason.CRITERION:
                 brake = decision
         assert brake is not None
-        assert brake.sight is not None
-        assert brake.sight.source is Source.RANGE_RATE
-        assert brake.sight.closing_speed == pytest.approx(4.0, rel=0.1)
+        assert brake.threat is not None
+        assert brake.threat.source is Source.RANGE_RATE
+        assert brake.threat.closing_speed == pytest.approx(4.0, rel=0.1)
 
     def test_warning_instead(self) -> None:
         decision = Drive(when_blind=Command.WARN).wait(0.0)
@@ -278,16 +278,16 @@ class TestTime:
     def test_the_age_of_the_data_is_taken_off(self) -> None:
         controller = BrakeController(scan=scanner(outline=OUTLINE))
         decision = controller.update(10.1, ranges=wall(8.4), stamp=10.0, motion=Motion(4.0))
-        assert decision.sight is not None
-        assert decision.sight.age == pytest.approx(0.1)
-        assert decision.sight.ttc == pytest.approx(1.9)
-        assert decision.sight.clearance == pytest.approx(7.6)
+        assert decision.threat is not None
+        assert decision.threat.age == pytest.approx(0.1)
+        assert decision.threat.ttc == pytest.approx(1.9)
+        assert decision.threat.clearance == pytest.approx(7.6)
 
     def test_each_beam_has_its_own_age(self) -> None:
         controller = BrakeController(scan=scanner(outline=OUTLINE), time_increment=0.0005)
         decision = controller.update(10.1, ranges=wall(8.4), stamp=10.0, motion=Motion(4.0))
-        assert decision.sight is not None
-        assert decision.sight.age == pytest.approx(0.1 - decision.sight.index * 0.0005)
+        assert decision.threat is not None
+        assert decision.threat.age == pytest.approx(0.1 - decision.threat.index * 0.0005)
 
     @pytest.mark.parametrize("stamp", [9.9, 10.0, 10.5])
     def test_repeated_reordered_and_future_frames_are_ignored(self, stamp: float) -> None:
@@ -295,7 +295,7 @@ class TestTime:
         before = controller.update(10.0, ranges=wall(15.0), stamp=10.0, motion=Motion(4.0))
         after = controller.update(10.02, ranges=wall(1.0), stamp=stamp, motion=Motion(4.0))
         assert after.command is Command.NONE
-        assert after.sight == before.sight
+        assert after.threat == before.threat
         assert (after.counters.frames, after.counters.ignored) == (1, 1)
 
     def test_large_stamps(self) -> None:
@@ -311,8 +311,8 @@ class TestSecondOpinion:
         oncoming = Estimate(drive.now + PERIOD, ttc=0.5, ttc_interval=(0.4, 0.6), distance=4.0, closing_speed=8.0)
         decision = drive.frame(15.0, 2.0, estimate=oncoming)
         assert decision.command is Command.BRAKE
-        assert decision.sight is not None
-        assert decision.sight.source is Source.ESTIMATE
+        assert decision.threat is not None
+        assert decision.threat.source is Source.ESTIMATE
 
     def test_one_that_is_not_sure_does_not(self) -> None:
         drive = Drive(trigger=(1, 1))
@@ -341,9 +341,9 @@ def test_points() -> None:
     points = np.array([[2.4, 0.0, 0.1], [1.0, 2.0, 0.1]])
     decision = controller.update(0.0, points=points, stamp=0.0, motion=Motion(4.0))
     assert decision.command is Command.BRAKE
-    assert decision.sight is not None
-    assert decision.sight.index == 0
-    assert decision.sight.ttc == pytest.approx(0.5)
+    assert decision.threat is not None
+    assert decision.threat.index == 0
+    assert decision.threat.ttc == pytest.approx(0.5)
 
 
 class TestState:

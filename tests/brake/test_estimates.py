@@ -63,9 +63,9 @@ def test_contact_is_a_cause_to_brake_whatever_its_ttc(criterion: Criterion, how:
     told = Told(criterion)
     decision = told.touching(3, how)
     assert (decision.command, decision.reason) == (Command.BRAKE, Reason.CRITERION)
-    assert decision.sight is not None
-    assert (decision.sight.source, decision.sight.status) == (Source.ESTIMATE, Status.CONTACT)
-    assert decision.sight.ttc == math.inf  # as it was told: what brakes is the contact
+    assert decision.threat is not None
+    assert (decision.threat.source, decision.threat.status) == (Source.ESTIMATE, Status.CONTACT)
+    assert decision.threat.ttc == math.inf  # as it was told: what brakes is the contact
     assert "in contact" in str(decision)
     assert told.touching(50, how).command is Command.BRAKE
 
@@ -99,8 +99,8 @@ def test_a_distance_of_0_or_below_is_contact_whatever_the_status(status: Status 
 def test_no_ttc_makes_a_contact(status: Status) -> None:
     decision = Told().frames(3, ttc=0.0, ttc_interval=(0.0, math.inf), distance=3.0, status=status)
     assert decision.command is Command.WARN
-    assert decision.sight is not None
-    assert decision.sight.status is status
+    assert decision.threat is not None
+    assert decision.threat.status is status
 
 
 def test_a_second_opinion_in_contact_brakes_beside_a_scan_that_is_free() -> None:
@@ -113,8 +113,8 @@ def test_a_second_opinion_in_contact_brakes_beside_a_scan_that_is_free() -> None
         decision = controller.update(now, ranges=free, stamp=now, motion=Motion(0.0), estimate=estimate)
         if frame == 15:
             assert decision.command is Command.BRAKE
-            assert decision.sight is not None
-            assert decision.sight.status is Status.CONTACT
+            assert decision.threat is not None
+            assert decision.threat.status is Status.CONTACT
     assert decision.command is Command.NONE  # an opinion that has become too old is none
 
 

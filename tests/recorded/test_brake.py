@@ -46,10 +46,10 @@ def test_error_codes_cause_no_brake(drive: dict[str, Any]) -> None:
     for ranges, decision in zip(drive["ranges"], decisions, strict=True):
         assert decision.reason not in (Reason.BLIND, Reason.STALE, Reason.NO_MOTION)
         if decision.command is Command.BRAKE and decision.reason is Reason.CRITERION:
-            assert decision.sight is not None
-            assert decision.sight.range >= drive["range_min"]  # never an error code
-            around = ranges[decision.sight.index - 3 : decision.sight.index + 4]
-            assert np.sum(np.abs(around - decision.sight.range) < 0.3) >= 3  # and no speckle: a wall
+            assert decision.threat is not None
+            assert decision.threat.range >= drive["range_min"]  # never an error code
+            around = ranges[decision.threat.index - 3 : decision.threat.index + 4]
+            assert np.sum(np.abs(around - decision.threat.range) < 0.3) >= 3  # and no speckle: a wall
             causes += 1
     assert causes < len(decisions) / 20
 

@@ -27,7 +27,7 @@ from ttc_fast.configuration import Configuration, ConfigurationError
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
 from ttc_fast.replay import Replay, Row, Settings, Summary, sample
 from ttc_fast.replay.series import MOST, Series
-from ttc_fast.replay.summary import is_lone
+from ttc_fast.replay.summary import is_isolated
 
 OUTLINE = (-0.1, 0.4, -0.15, 0.15)
 
@@ -198,9 +198,9 @@ def test_a_lidar_of_unknown_height_is_asked_for(data: Path) -> None:
 def test_the_frame_of_the_least_ttc_is_kept_where_nothing_brakes() -> None:
     log = Replay(sample("scans"), Settings(log_options={"speed": 0.5}, criteria=(IttcThreshold(0.01),)))
     rows = list(log)
-    assert log.moment is not None
+    assert log.key_frame is not None
     assert not log.braked
-    kept, frame = log.moment
+    kept, frame = log.key_frame
     assert kept is log.summary.least
     assert kept.ttc < 1.0
     assert (kept.stamp, frame.stamp) == (rows[kept.frame].stamp, rows[kept.frame].stamp)
@@ -209,9 +209,9 @@ def test_the_frame_of_the_least_ttc_is_kept_where_nothing_brakes() -> None:
 def test_what_a_lidar_stores_where_nothing_came_back_is_no_obstacle() -> None:
     """Moved by the mount it would lie inside the outline."""
     said = {"outline": (-1.0, 4.0, -1.0, 1.0), "mount": (1.5, 0.0, 0.1), "speed": 5.0}
-    eyes = Replay(sample("clouds"), Settings(log_options=said, gate={"x": (0.0, 40.0), "z": (-1.0, 1.0)})).eyes
+    pipeline = Replay(sample("clouds"), Settings(log_options=said, gate={"x": (0.0, 40.0), "z": (-1.0, 1.0)})).pipeline
     points = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 0.0, 0.5]], np.float32)
-    assert eyes.obstacles(points)[:, 2].tolist() == [0.0, 0.5]
+    assert pipeline.obstacles(points)[:, 2].tolist() == [0.0, 0.5]
 
 
 def test_a_cloud_tells_the_plain_nearest_point_beside_the_tracked_distance() -> None:
@@ -275,22 +275,22 @@ def test_a_stray_reading_counts_as_its_neighbours_do() -> None:
     for frame, ttc in enumerate((3.0, 0.1, 2.8, 1.2, 0.05, 1.0, 0.9)):
         summary.add(row(frame, ttc))
     summary.end()
-    assert summary.lone == 2
+    assert summary.isolated == 2
     assert summary.least is not None
-    assert summary.least_lone is not None
-    assert (summary.least.ttc, summary.least_lone.ttc) == (0.9, 0.05)
+    assert summary.least_isolated is not None
+    assert (summary.least.ttc, summary.least_isolated.ttc) == (0.9, 0.05)
     assert summary.exposed == pytest.approx(0.3)
     assert summary.integrated == pytest.approx(0.1 * (0.3 + 0.5 + 0.5))
 
 
 def test_what_really_comes_is_no_stray() -> None:
     hit = [row(0, 0.12), row(1, 0.0)._replace(status=Status.CONTACT), row(2, math.inf)._replace(status=Status.CLEAR)]
-    assert not is_lone(*hit, longest=0.3)
+    assert not is_isolated(*hit, longest=0.3)
     apart = [row(0, 9.0, stamp=0.0), row(1, 0.5, stamp=2.0), row(2, 9.0, stamp=4.0)]
-    assert not is_lone(*apart, longest=0.3)
-    assert is_lone(*apart, longest=2.5)
+    assert not is_isolated(*apart, longest=0.3)
+    assert is_isolated(*apart, longest=2.5)
     unknown = [row(0, math.inf)._replace(status=Status.WARMING_UP), row(1, 0.5), row(2, 9.0)]
-    assert not is_lone(*unknown, longest=0.3)
+    assert not is_isolated(*unknown, longest=0.3)
 
 
 def test_events_are_from_the_first_to_the_last_row_that_brakes() -> None:

@@ -9,8 +9,8 @@ from ttc_fast.brake.criteria import (
     StoppingDistance,
     SweptPathThreshold,
 )
-from ttc_fast.brake.scene import Criterion, Judgement, Looks, Scene
-from ttc_fast.brake.sight import Estimate, Motion, Sight, Source
+from ttc_fast.brake.scene import Criterion, Evaluation, Needs, Threats
+from ttc_fast.brake.sight import Estimate, Motion, Source, Threat
 
 __all__ = [
     "BrakeController",
@@ -20,15 +20,15 @@ __all__ = [
     "Decision",
     "Estimate",
     "EstimateThreshold",
+    "Evaluation",
     "IttcThreshold",
-    "Judgement",
-    "Looks",
     "Motion",
+    "Needs",
     "Reason",
     "RssDistance",
-    "Scene",
-    "Sight",
     "Source",
     "StoppingDistance",
     "SweptPathThreshold",
+    "Threat",
+    "Threats",
 ]

@@ -10,7 +10,7 @@ from ttc_fast.brake.memory import CLOCK_TOLERANCE
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.memory import Memory
+    from ttc_fast.brake.memory import ControllerState
     from ttc_fast.brake.settings import BrakeSettings
 
 NONE, WARN, BRAKE = Command  # the look-up of an enum's member takes longer than that of a name
@@ -18,14 +18,16 @@ CONTACT = Status.CONTACT
 CLEAR, NEAR, CRITERION = Reason.CLEAR, Reason.NEAR, Reason.CRITERION
 
 
-def answer(memory: Memory, rules: BrakeSettings, now: float, unsafe: Reason | None, override: bool) -> Decision:
+def decide(
+    state: ControllerState, settings: BrakeSettings, now: float, unsafe: Reason | None, override: bool
+) -> Decision:
     """Put the command and its reason together.
 
     Parameters
     ----------
-    memory : Memory
+    state : ControllerState
         What is known.
-    rules : BrakeSettings
+    settings : BrakeSettings
         Of the controller.
     now : float
         s.
@@ -37,61 +39,59 @@ def answer(memory: Memory, rules: BrakeSettings, now: float, unsafe: Reason | No
     if override:
         command, reason = NONE, Reason.OVERRIDE
     elif unsafe is not None:
-        command, reason = (BRAKE if memory.braking else WARN), unsafe
-    elif memory.braking:
-        command, reason = BRAKE, why_braking(memory, rules, now)
+        command, reason = (BRAKE if state.braking else WARN), unsafe
+    elif state.braking:
+        command, reason = BRAKE, why_braking(state, settings, now)
     else:
-        command, reason = why_not_braking(memory, rules)
-    value, threshold, sight = memory.judgement
-    counters = Counters(
-        memory.frames, memory.ignored, memory.blind, memory.triggers.bit_count(), memory.clears.bit_count()
-    )
+        command, reason = why_not_braking(state, settings)
+    value, threshold, threat = state.evaluation
+    counters = Counters(state.frames, state.ignored, state.blind, state.triggers.bit_count(), state.clears.bit_count())
     deceleration, limit = 0.0, math.inf
     if command is BRAKE:
-        deceleration, limit = rules.deceleration, 0.0
+        deceleration, limit = settings.deceleration, 0.0
     elif command is WARN:
-        limit = speed_limit(memory)
-    return Decision(command, reason, deceleration, limit, memory.criterion, value, threshold, sight, now, counters)
+        limit = speed_limit(state)
+    return Decision(command, reason, deceleration, limit, state.criterion, value, threshold, threat, now, counters)
 
 
-def watch(memory: Memory, rules: BrakeSettings, now: float) -> Reason | None:
+def watchdog(state: ControllerState, settings: BrakeSettings, now: float) -> Reason | None:
     """Return why what was seen is not enough to be safe, if so."""
-    oldest = now - rules.sensor_timeout
-    if memory.frame_at > now + CLOCK_TOLERANCE:  # the clock was set back: how old that frame is, nobody knows
+    oldest = now - settings.sensor_timeout
+    if state.frame_at > now + CLOCK_TOLERANCE:  # the clock was set back: how old that frame is, nobody knows
         return Reason.STALE
-    if memory.judged_at >= oldest:  # and so were the others
+    if state.judged_at >= oldest:  # and so were the others
         return None
-    if memory.frame_at == -math.inf:
+    if state.frame_at == -math.inf:
         return Reason.WAITING
-    if memory.frame_at < oldest:
+    if state.frame_at < oldest:
         return Reason.STALE
-    return Reason.BLIND if memory.seen_at < oldest else Reason.NO_MOTION
+    return Reason.BLIND if state.seen_at < oldest else Reason.NO_MOTION
 
 
-def why_braking(memory: Memory, rules: BrakeSettings, now: float) -> Reason:
+def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> Reason:
     """Return why it brakes."""
-    value, threshold, _ = memory.judgement
+    value, threshold, _ = state.evaluation
     if value < threshold:
         return CRITERION
-    motion = memory.fresh_motion(now, rules.motion_timeout)
-    stands = motion is not None and abs(motion.speed) < rules.standstill_speed
+    motion = state.fresh_motion(now, settings.motion_timeout)
+    stands = motion is not None and abs(motion.speed) < settings.standstill_speed
     return Reason.STANDSTILL if stands else Reason.HOLD
 
 
-def why_not_braking(memory: Memory, rules: BrakeSettings) -> tuple[Command, Reason]:
+def why_not_braking(state: ControllerState, settings: BrakeSettings) -> tuple[Command, Reason]:
     """Return what there is to say where it does not brake, and why."""
-    value, threshold, sight = memory.judgement
-    if value < rules.warn_at * threshold:
+    value, threshold, threat = state.evaluation
+    if value < settings.warn_at * threshold:
         return WARN, (Reason.VOTING if value < threshold else NEAR)
-    if memory.rests_in_contact:
+    if state.rests_in_contact:
         return WARN, Reason.CONTACT
-    in_contact = sight is not None and sight.status is CONTACT
+    in_contact = threat is not None and threat.status is CONTACT
     return NONE, (Reason.ESCAPE if in_contact else CLEAR)
 
 
-def speed_limit(memory: Memory) -> float:
+def speed_limit(state: ControllerState) -> float:
     """Return the speed at which the criterion would brake, were all else the same."""
-    value, threshold, sight = memory.judgement
-    if sight is None or not (threshold > 0.0 and value < math.inf):
+    value, threshold, threat = state.evaluation
+    if threat is None or not (threshold > 0.0 and value < math.inf):
         return math.inf
-    return abs(sight.closing_speed) * value / threshold
+    return abs(threat.closing_speed) * value / threshold

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from ttc_fast.brake.scene import Criterion
-    from ttc_fast.brake.sight import Sight
+    from ttc_fast.brake.sight import Threat
 
 
 class Command(IntEnum):
@@ -136,7 +136,7 @@ class Decision(NamedTuple):
         The one that is nearest to its threshold, or beyond it by most; None when nothing was judged.
     value, threshold : float
         What it compares, in its own unit (s, or m of clearance). It triggers when ``value < threshold``.
-    sight : Sight or None
+    threat : Threat or None
         What it judged: beam or point, range, clearance, closing speed, TTC and their age.
     stamp : float
         The time of the decision, s.
@@ -162,7 +162,7 @@ class Decision(NamedTuple):
     criterion: Criterion | None
     value: float
     threshold: float
-    sight: Sight | None
+    threat: Threat | None
     stamp: float
     counters: Counters
 
@@ -173,4 +173,4 @@ class Decision(NamedTuple):
             return head
         sign = "<" if self.value < self.threshold else ">="
         compared = f"{self.value:.2f} {sign} {self.threshold:.3g} {self.criterion.unit}"
-        return f"{head}: {self.criterion.name}: {compared}; {self.sight}"
+        return f"{head}: {self.criterion.name}: {compared}; {self.threat}"

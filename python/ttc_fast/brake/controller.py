@@ -6,15 +6,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._validate import finite, flag
-from ttc_fast.brake.answer import answer, watch
+from ttc_fast.brake.answer import decide, watchdog
 from ttc_fast.brake.command import Command
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
-from ttc_fast.brake.eyes import Eyes, Frame
-from ttc_fast.brake.inputs import checked_estimate, checked_motion, several, wish_of
-from ttc_fast.brake.memory import CLOCK_TOLERANCE, Memory
+from ttc_fast.brake.eyes import Frame, ThreatAssessment
+from ttc_fast.brake.inputs import checked_estimate, checked_motion, commanded_motion, several
+from ttc_fast.brake.memory import CLOCK_TOLERANCE, ControllerState
 from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.brake.sight import Motion
-from ttc_fast.brake.votes import VoteRule
+from ttc_fast.brake.votes import NOfM
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from ttc_fast import RangeRate, ScanTTC, SweptPath
     from ttc_fast.brake.command import Decision
-    from ttc_fast.brake.scene import Criterion, Judgement, Scene
+    from ttc_fast.brake.scene import Criterion, Evaluation, Threats
     from ttc_fast.brake.sight import Estimate
 
 NO_DATA, CONTACT = Status.NO_DATA, Status.CONTACT  # the look-up of an enum's member takes longer than that of a name
@@ -80,7 +80,7 @@ class BrakeController:
 
     Notes
     -----
-    A second opinion (``estimate``) may add a brake and never takes one away.
+    An estimate (``estimate``) may add a brake and never takes one away.
 
     Examples
     --------
@@ -94,7 +94,7 @@ class BrakeController:
     ...     decision = controller.update(stamp + 0.02, ranges=wall, stamp=stamp, motion=Motion(4.0))
     >>> print(str(decision).split(";")[0])
     BRAKE (CRITERION): SweptPathThreshold: 0.63 < 1.5 s
-    >>> print(decision.sight)
+    >>> print(decision.threat)
     return 15 at 3.00 m, 2.52 m clear, closing at 4.00 m/s, TTC 0.63 s
     """
 
@@ -119,7 +119,7 @@ class BrakeController:
         min_returns: int = 0,
         when_blind: Command = Command.BRAKE,
     ) -> None:
-        self._rules = BrakeSettings(
+        self._settings = BrakeSettings(
             horizon=horizon,
             trigger=trigger,
             release=release,
@@ -133,16 +133,16 @@ class BrakeController:
             min_returns=min_returns,
             when_blind=when_blind,
         )
-        self._trigger, self._release = VoteRule(trigger), VoteRule(release)
+        self._trigger, self._release = NOfM(trigger), NOfM(release)
         self._brakes_blind = when_blind == Command.BRAKE
-        self._eyes = Eyes(scan, path, range_rate, time_increment, horizon)
-        self._first, *self._others = self._eyes.check(criteria if criteria is not None else self._default())
-        self._memory = Memory()
+        self._assessment = ThreatAssessment(scan, path, range_rate, time_increment, horizon)
+        self._first, *self._others = self._assessment.check(criteria if criteria is not None else self._default())
+        self._state = ControllerState()
 
     def _default(self) -> list[Criterion]:
-        if self._eyes.only_estimates:
+        if self._assessment.only_estimates:
             return [EstimateThreshold(), StoppingDistance()]
-        first: Criterion = SweptPathThreshold() if self._eyes.sees_path else IttcThreshold()
+        first: Criterion = SweptPathThreshold() if self._assessment.sees_path else IttcThreshold()
         return [first, StoppingDistance()]
 
     def update(
@@ -176,7 +176,7 @@ class BrakeController:
         motion : Motion, optional
             Odometry.
         estimate : Estimate, optional
-            A second opinion.
+            An estimate.
         commanded : Motion or float, optional
             What the vehicle would do if it were not braked; a float is its speed, straight ahead.
         override : bool, default False
@@ -201,121 +201,121 @@ class BrakeController:
         BRAKE (WAITING)
         """
         now = finite("now", now)
-        memory, rules = self._memory, self._rules
-        wish = None if commanded is None else wish_of(commanded)
+        state, settings = self._state, self._settings
+        commanded = None if commanded is None else commanded_motion(commanded)
         override = override if type(override) is bool else flag("override", override)
         if motion is not None:
             self._take(motion, now)
         if estimate is not None:
             estimate = checked_estimate(estimate)
             if not estimate.saw_nothing:
-                memory.estimate = estimate
+                state.estimate = estimate
         if ranges is not None or points is not None:
             if ranges is not None and (points is not None or getattr(ranges, "ndim", 1) != 1):
                 raise several(ranges, points)
-            opinion = memory.fresh_estimate(now, rules.sensor_timeout)
-            self._look(Frame(now, finite("stamp", stamp), ranges, points, opinion), wish)
-        elif estimate is not None and self._eyes.only_estimates:
-            self._look(Frame(now, estimate.stamp, None, None, estimate), wish)
-        unsafe = watch(memory, rules, now)
+            opinion = state.fresh_estimate(now, settings.sensor_timeout)
+            self._look(Frame(now, finite("stamp", stamp), ranges, points, opinion), commanded)
+        elif estimate is not None and self._assessment.only_estimates:
+            self._look(Frame(now, estimate.stamp, None, None, estimate), commanded)
+        unsafe = watchdog(state, settings, now)
         if unsafe is not None and self._brakes_blind:
-            memory.brake(now, None)
-        return answer(memory, rules, now, unsafe, override)
+            state.brake(now, None)
+        return decide(state, settings, now, unsafe, override)
 
     def _take(self, motion: Motion, now: float) -> None:
         """Remember the newest odometry."""
         motion = checked_motion("motion", motion)
         stamp = now if motion.stamp is None else motion.stamp
-        if self._memory.motion_at <= stamp <= now + CLOCK_TOLERANCE:
-            self._memory.motion = motion
-            self._memory.motion_at = stamp
+        if self._state.motion_at <= stamp <= now + CLOCK_TOLERANCE:
+            self._state.motion = motion
+            self._state.motion_at = stamp
 
-    def _look(self, frame: Frame, wish: Motion | None) -> None:
+    def _look(self, frame: Frame, commanded: Motion | None) -> None:
         """Judge a frame, count its votes, and begin or end braking."""
-        memory, rules = self._memory, self._rules
+        state, settings = self._state, self._settings
         now, stamp = frame.now, frame.stamp
-        if not memory.frame_at < stamp <= now + CLOCK_TOLERANCE:
-            memory.ignored += 1
+        if not state.frame_at < stamp <= now + CLOCK_TOLERANCE:
+            state.ignored += 1
             return
-        motion = memory.fresh_motion(now, rules.motion_timeout)
-        scene = self._eyes.look(frame, motion)  # which raises for data that it cannot read: they do not count
-        memory.frames += 1
-        memory.frame_at = stamp
-        if not self._sees(scene, stamp):
-            memory.clears = self._release.cast(memory.clears, False)
+        motion = state.fresh_motion(now, settings.motion_timeout)
+        threats = self._assessment.assess(frame, motion)  # which raises for data that it cannot read: they do not count
+        state.frames += 1
+        state.frame_at = stamp
+        if not self._sees(threats, stamp):
+            state.clears = self._release.push(state.clears, False)
             return
-        memory.criterion, memory.judgement = self._worst(scene)
-        memory.rests_in_contact = False
-        if scene.status is CONTACT:
-            motion = self._in_contact(frame, motion, wish)
-        value, threshold, _ = memory.judgement
-        clear = value >= rules.release_at * threshold
-        if clear and memory.braking:
-            clear = self._would_be_clear(frame, motion, wish)
+        state.criterion, state.evaluation = self._worst(threats)
+        state.rests_in_contact = False
+        if threats.status is CONTACT:
+            motion = self._in_contact(frame, motion, commanded)
+        value, threshold, _ = state.evaluation
+        clear = value >= settings.release_at * threshold
+        if clear and state.braking:
+            clear = self._would_be_clear(frame, motion, commanded)
         triggered = value < threshold
-        memory.triggers = self._trigger.cast(memory.triggers, triggered)
-        memory.clears = self._release.cast(memory.clears, clear)
-        if triggered or memory.braking:
+        state.triggers = self._trigger.push(state.triggers, triggered)
+        state.clears = self._release.push(state.clears, clear)
+        if triggered or state.braking:
             self._count(now, triggered, motion)
 
-    def _sees(self, scene: Scene, stamp: float) -> bool:
+    def _sees(self, threats: Threats, stamp: float) -> bool:
         """Whether a frame is not blind and can be judged; remember when that was so."""
-        memory = self._memory
-        if scene.status is NO_DATA or scene.returns < self._rules.min_returns:
-            memory.blind += 1
+        state = self._state
+        if threats.status is NO_DATA or threats.returns < self._settings.min_returns:
+            state.blind += 1
             return False
-        memory.seen_at = stamp
-        if scene.judged:
-            memory.judged_at = stamp
-        return scene.judged
+        state.seen_at = stamp
+        if threats.judged:
+            state.judged_at = stamp
+        return threats.judged
 
-    def _in_contact(self, frame: Frame, motion: Motion | None, wish: Motion | None) -> Motion | None:
+    def _in_contact(self, frame: Frame, motion: Motion | None, commanded: Motion | None) -> Motion | None:
         """Judge what is commanded as well, as long as nothing brakes yet; give the motion that decided."""
-        memory = self._memory
-        memory.rests_in_contact = not (moves(motion) or moves(wish))
-        if wish is None or memory.braking:
+        state = self._state
+        state.rests_in_contact = not (moves(motion) or moves(commanded))
+        if commanded is None or state.braking:
             return motion
-        criterion, judgement = self._worst(self._eyes.look_along(frame, wish))
-        if not judgement.tighter(memory.judgement):
+        criterion, evaluation = self._worst(self._assessment.assess_along(frame, commanded))
+        if not evaluation.more_urgent_than(state.evaluation):
             return motion
-        memory.criterion, memory.judgement = criterion, judgement
-        return wish
+        state.criterion, state.evaluation = criterion, evaluation
+        return commanded
 
     def _count(self, now: float, triggered: bool, motion: Motion | None) -> None:
         """Begin or end braking when the votes carry."""
-        memory, rules = self._memory, self._rules
+        state, settings = self._state, self._settings
         if triggered:
-            if memory.braking or self._trigger.carried(memory.triggers):
-                memory.brake(now, motion)
-        elif self._release.carried(memory.clears) and now - memory.triggered_at >= rules.hold:
-            memory.braking = False
-            memory.triggers = 0
+            if state.braking or self._trigger.reached(state.triggers):
+                state.brake(now, motion)
+        elif self._release.reached(state.clears) and now - state.triggered_at >= settings.hold:
+            state.braking = False
+            state.triggers = 0
 
-    def _worst(self, scene: Scene) -> tuple[Criterion, Judgement]:
+    def _worst(self, threats: Threats) -> tuple[Criterion, Evaluation]:
         """Judge by every criterion: the one nearest to its threshold, or beyond it by most."""
-        worst, says = self._first, self._first.judge(scene)
+        worst, says = self._first, self._first.evaluate(threats)
         for criterion in self._others:
-            judgement = criterion.judge(scene)
-            if judgement.tighter(says):
-                worst, says = criterion, judgement
+            evaluation = criterion.evaluate(threats)
+            if evaluation.more_urgent_than(says):
+                worst, says = criterion, evaluation
         return worst, says
 
-    def _would_be_clear(self, frame: Frame, motion: Motion | None, wish: Motion | None) -> bool:
+    def _would_be_clear(self, frame: Frame, motion: Motion | None, commanded: Motion | None) -> bool:
         """Whether a braked vehicle sees nothing on what it would go on with: being slow is not being safe."""
-        if self._eyes.only_estimates:
+        if self._assessment.only_estimates:
             return True  # nobody knows what else would be estimated then
-        onward = wish if wish is not None else self._onward(motion)
-        if onward is None:
+        continued = commanded if commanded is not None else self._continued_motion(motion)
+        if continued is None:
             return True
-        _, (value, threshold, _) = self._worst(self._eyes.look_along(frame, onward))
-        return value >= self._rules.release_at * threshold
+        _, (value, threshold, _) = self._worst(self._assessment.assess_along(frame, continued))
+        return value >= self._settings.release_at * threshold
 
-    def _onward(self, motion: Motion | None) -> Motion | None:
+    def _continued_motion(self, motion: Motion | None) -> Motion | None:
         """Return what a vehicle would go on with if it were released and nothing is commanded."""
         if motion is None:
             return None  # the range rate has judged what there is to judge
-        before = self._memory.braked_from
-        if motion.speed == 0.0 or abs(motion.speed) < self._rules.standstill_speed:
+        before = self._state.braked_from
+        if motion.speed == 0.0 or abs(motion.speed) < self._settings.standstill_speed:
             return before
         faster = max(abs(before.speed / motion.speed), 1.0)  # the way it is on, at the speed it braked from
         return Motion(motion.speed * faster, motion.yaw_rate * faster, motion.lateral_speed * faster)
@@ -335,7 +335,7 @@ class BrakeController:
         >>> state = controller.state()
         >>> controller.restore(state)
         """
-        return {"memory": replace(self._memory), "eyes": self._eyes.state()}
+        return {"controller": replace(self._state), "assessment": self._assessment.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a state: a controller of the same settings then decides as the saved one would have.
@@ -361,11 +361,11 @@ class BrakeController:
         >>> controller.restore(controller.state())
         """
         try:
-            memory = replace(state["memory"])
-            self._eyes.restore(state["eyes"])
+            restored = replace(state["controller"])
+            self._assessment.restore(state["assessment"])
         except (KeyError, TypeError):
             raise TypeError("state must be what a BrakeController's state() returned") from None
-        self._memory = memory
+        self._state = restored
 
 
 def moves(motion: Motion | None) -> bool:

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ttc_fast._core import rss_longitudinal_distance, stopping_distance
 from ttc_fast._settings import Number, check_fields, setting
-from ttc_fast.brake.scene import NOTHING, Criterion, Judgement, Looks
+from ttc_fast.brake.scene import NOTHING, Criterion, Evaluation, Needs
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.scene import Scene
-    from ttc_fast.brake.sight import Sight
+    from ttc_fast.brake.scene import Threats
+    from ttc_fast.brake.sight import Threat
 
 
 TIME = Number(unit="s", positive=True)
@@ -60,10 +60,10 @@ class IttcThreshold(TtcThreshold):
     """
 
     name: ClassVar[str] = "IttcThreshold"
-    looks: ClassVar[Looks] = Looks.BEAMS
+    needs: ClassVar[Needs] = Needs.BEAMS
 
-    def judge(self, scene: Scene) -> Judgement:
-        return NOTHING if scene.beams is None else Judgement(scene.beams.ttc, self.threshold, scene.beams)
+    def evaluate(self, threats: Threats) -> Evaluation:
+        return NOTHING if threats.beams is None else Evaluation(threats.beams.ttc, self.threshold, threats.beams)
 
 
 @dataclass(frozen=True)
@@ -91,16 +91,16 @@ class SweptPathThreshold(TtcThreshold):
     """
 
     name: ClassVar[str] = "SweptPathThreshold"
-    looks: ClassVar[Looks] = Looks.PATH
+    needs: ClassVar[Needs] = Needs.PATH
 
-    def judge(self, scene: Scene) -> Judgement:
-        sight = scene.path or scene.beams
-        return NOTHING if sight is None else Judgement(sight.ttc, self.threshold, sight)
+    def evaluate(self, threats: Threats) -> Evaluation:
+        threat = threats.path or threats.beams
+        return NOTHING if threat is None else Evaluation(threat.ttc, self.threshold, threat)
 
 
 @dataclass(frozen=True)
 class EstimateThreshold(TtcThreshold):
-    """Brake when the second opinion's TTC is below a threshold.
+    """Brake when the estimate's TTC is below a threshold.
 
     An estimate whose interval reaches infinity is not sure that anything comes closer: it may warn and never brakes.
     One in contact is 0 s away, whatever its TTC, unless it surely moves away: the interval of its closing speed, or
@@ -124,15 +124,15 @@ class EstimateThreshold(TtcThreshold):
     """
 
     name: ClassVar[str] = "EstimateThreshold"
-    looks: ClassVar[Looks] = Looks.ESTIMATE
+    needs: ClassVar[Needs] = Needs.ESTIMATE
 
-    def judge(self, scene: Scene) -> Judgement:
-        if scene.estimate is None:
+    def evaluate(self, threats: Threats) -> Evaluation:
+        if threats.estimate is None:
             return NOTHING
-        if scene.touches:
-            return Judgement(0.0, self.threshold, scene.estimate)
-        ttc = scene.estimate.ttc if scene.sure else max(scene.estimate.ttc, self.threshold)
-        return Judgement(ttc, self.threshold, scene.estimate)
+        if threats.touches:
+            return Evaluation(0.0, self.threshold, threats.estimate)
+        ttc = threats.estimate.ttc if threats.sure else max(threats.estimate.ttc, self.threshold)
+        return Evaluation(ttc, self.threshold, threats.estimate)
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class StoppingDistance(Criterion):
 
     ``v reaction_time + v^2 / (2 deceleration) + margin``, with v the closing speed, against the clearance. A TTC
     threshold alone cannot stop a car that is faster than about ``2 deceleration (threshold - reaction_time)``. It
-    judges what lies on the path where there is an outline, else the nearest beam in time, and the second opinion as
+    judges what lies on the path where there is an outline, else the nearest beam in time, and the estimate as
     well. It takes what it sees to go on as it does, and cannot see that a car ahead may brake: for that there is
     ``RssDistance``.
 
@@ -172,24 +172,24 @@ class StoppingDistance(Criterion):
 
     name: ClassVar[str] = "StoppingDistance"
     unit: ClassVar[str] = "m"
-    looks: ClassVar[Looks] = Looks.NEAREST
+    needs: ClassVar[Needs] = Needs.NEAREST
 
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def judge(self, scene: Scene) -> Judgement:
-        nearest = self._needed(scene.path or scene.beams)
-        if scene.estimate is None or not scene.sure:
+    def evaluate(self, threats: Threats) -> Evaluation:
+        nearest = self._needed(threats.path or threats.beams)
+        if threats.estimate is None or not threats.sure:
             return nearest
-        estimated = self._needed(scene.estimate, scene.touches)
-        return estimated if estimated.tighter(nearest) else nearest
+        estimated = self._needed(threats.estimate, threats.touches)
+        return estimated if estimated.more_urgent_than(nearest) else nearest
 
-    def _needed(self, sight: Sight | None, touches: bool = False) -> Judgement:
-        if sight is None or not (touches or (sight.closing_speed > 0.0 and sight.ttc < math.inf)):
+    def _needed(self, threat: Threat | None, touches: bool = False) -> Evaluation:
+        if threat is None or not (touches or (threat.closing_speed > 0.0 and threat.ttc < math.inf)):
             return NOTHING
-        closing = sight.closing_speed if sight.closing_speed > 0.0 else 0.0
+        closing = threat.closing_speed if threat.closing_speed > 0.0 else 0.0
         needed = stopping_distance(closing, deceleration=self.deceleration, reaction_time=self.reaction_time)
-        return Judgement(sight.clearance, needed + self.margin, sight)
+        return Evaluation(threat.clearance, needed + self.margin, threat)
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class RssDistance(Criterion):
 
     The safe distance lets the vehicle accelerate during the response time and brake gently after it, while what is
     ahead brakes as hard as it can. What the path or the beams show is taken to stand; the speed of a car ahead comes
-    from the second opinion, which is judged even while the gap does not shrink. It cannot see anything lateral.
+    from the estimate, which is judged even while the gap does not shrink. It cannot see anything lateral.
 
     Parameters
     ----------
@@ -236,26 +236,26 @@ class RssDistance(Criterion):
 
     name: ClassVar[str] = "RssDistance"
     unit: ClassVar[str] = "m"
-    looks: ClassVar[Looks] = Looks.NEAREST
+    needs: ClassVar[Needs] = Needs.NEAREST
 
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def judge(self, scene: Scene) -> Judgement:
-        sight, target = scene.path or scene.beams, scene.estimate
+    def evaluate(self, threats: Threats) -> Evaluation:
+        threat, target = threats.path or threats.beams, threats.estimate
         nearest = NOTHING
-        if sight is not None and sight.closing_speed > 0.0 and sight.ttc < math.inf:
-            nearest = self._needed(sight, sight.closing_speed, 0.0)
-        if target is None or scene.speed is None:
+        if threat is not None and threat.closing_speed > 0.0 and threat.ttc < math.inf:
+            nearest = self._needed(threat, threat.closing_speed, 0.0)
+        if target is None or threats.speed is None:
             return nearest
         # What touches and does not say how it moves is taken to stand.
-        closing = scene.speed if scene.touches and math.isnan(target.closing_speed) else target.closing_speed
+        closing = threats.speed if threats.touches and math.isnan(target.closing_speed) else target.closing_speed
         if not math.isfinite(target.clearance + closing):
             return nearest
-        estimated = self._needed(target, scene.speed, max(scene.speed - closing, 0.0))
-        return estimated if estimated.tighter(nearest) else nearest
+        estimated = self._needed(target, threats.speed, max(threats.speed - closing, 0.0))
+        return estimated if estimated.more_urgent_than(nearest) else nearest
 
-    def _needed(self, sight: Sight, rear: float, front: float) -> Judgement:
+    def _needed(self, threat: Threat, rear: float, front: float) -> Evaluation:
         needed = rss_longitudinal_distance(
             rear,
             front,
@@ -264,4 +264,4 @@ class RssDistance(Criterion):
             braking_min=self.braking_min,
             braking_max=self.braking_max,
         )
-        return Judgement(sight.clearance, needed, sight)
+        return Evaluation(threat.clearance, needed, threat)

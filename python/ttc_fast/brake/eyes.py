@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
 from ttc_fast._validate import number
-from ttc_fast.brake.scene import Looks, Scene
-from ttc_fast.brake.sight import STANDING, Sight, Source
+from ttc_fast.brake.scene import Needs, Threats
+from ttc_fast.brake.sight import STANDING, Source, Threat
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ CANNOT_TELL = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
 """What a range rate says while it knows none."""
 
 
-class Eyes:
+class ThreatAssessment:
     """The kernels of a controller.
 
     Parameters
@@ -86,20 +86,20 @@ class Eyes:
         for criterion in criteria:
             if isinstance(criterion, type):
                 raise TypeError(f"criteria must be objects, such as {criterion.__name__}(), got the class itself")
-            if not (hasattr(criterion, "judge") and hasattr(criterion, "looks")):
-                raise TypeError(f"criteria must have judge() and looks, as IttcThreshold has; got {criterion!r}")
-            if criterion.looks is Looks.PATH and not self.sees_path:
+            if not (hasattr(criterion, "evaluate") and hasattr(criterion, "needs")):
+                raise TypeError(f"criteria must have evaluate() and needs, as IttcThreshold has; got {criterion!r}")
+            if criterion.needs is Needs.PATH and not self.sees_path:
                 raise ValueError(f"{criterion.name} needs an outline: give one to the scan, or give a path")
-            if criterion.looks is Looks.BEAMS and self._scan is None:
+            if criterion.needs is Needs.BEAMS and self._scan is None:
                 raise ValueError(f"{criterion.name} needs a scan: it judges beams")
-        wanted = {criterion.looks for criterion in criteria}
-        self._wants_path = self.sees_path and not wanted.isdisjoint({Looks.PATH, Looks.NEAREST})
+        wanted = {criterion.needs for criterion in criteria}
+        self._wants_path = self.sees_path and not wanted.isdisjoint({Needs.PATH, Needs.NEAREST})
         # A scan is looked at in one way at least, whoever asks: a blind scanner is to be noticed.
-        looks_along = self._wants_path and self._scan_path is not None
-        self._wants_beams = Looks.BEAMS in wanted or not looks_along
+        assesses_path = self._wants_path and self._scan_path is not None
+        self._wants_beams = Needs.BEAMS in wanted or not assesses_path
         return criteria
 
-    def look(self, frame: Frame, motion: Motion | None) -> Scene:
+    def assess(self, frame: Frame, motion: Motion | None) -> Threats:
         """Look at a new frame: by the vehicle's motion, or by range rate where that is not known."""
         if self.only_estimates:
             return self._estimate_alone(frame, motion)
@@ -107,14 +107,14 @@ class Eyes:
         if self._range_rate is not None and frame.ranges is not None:
             rated = self._range_rate.update(frame.ranges, frame.stamp, 0.0 if motion is None else motion.yaw_rate)
         if motion is not None:
-            return self.look_along(frame, motion)
+            return self.assess_along(frame, motion)
         if rated is None:
             return self._without_motion(frame)
-        told = rated.status not in CANNOT_TELL and rated.rated >= rated.unrated
-        sight = self._sight(Source.RANGE_RATE, frame, rated) if told else None
-        return Scene(None, sight, None, *second_opinion(frame), rated.counts.valid, rated.status, told)
+        known = rated.status not in CANNOT_TELL and rated.rated >= rated.unrated
+        threat = self._beam_threat(Source.RANGE_RATE, frame, rated) if known else None
+        return Threats(None, threat, None, *estimated_threat(frame), rated.counts.valid, rated.status, known)
 
-    def look_along(self, frame: Frame, motion: Motion) -> Scene:
+    def assess_along(self, frame: Frame, motion: Motion) -> Threats:
         """Look at a frame as a vehicle that moves so."""
         beams = path = None
         seen: Any = None
@@ -133,32 +133,32 @@ class Eyes:
                 raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
             if self._wants_beams:
                 seen = self._scan.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
-                beams = self._sight(Source.BEAMS, frame, seen)
+                beams = self._beam_threat(Source.BEAMS, frame, seen)
             if self._wants_path and self._scan_path is not None:
                 seen = self._scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
                 beam = seen.beam
                 path = on_the_way(seen, beam, seen.angle, seen.range, over_ground, self._age(frame, beam))
-        estimate, sure = (None, False) if frame.estimate is None else second_opinion(frame)
-        return Scene(over_ground, beams, path, estimate, sure, seen.counts.valid, seen.status, True)
+        estimate, sure = (None, False) if frame.estimate is None else estimated_threat(frame)
+        return Threats(over_ground, beams, path, estimate, sure, seen.counts.valid, seen.status, True)
 
-    def _estimate_alone(self, frame: Frame, motion: Motion | None) -> Scene:
+    def _estimate_alone(self, frame: Frame, motion: Motion | None) -> Threats:
         """Take the estimate for all there is to see."""
         if frame.ranges is not None or frame.points is not None:
             raise ValueError("ranges need a scan that reads them, and points need a path: give the controller one")
-        sight, sure = second_opinion(frame)
-        status = Status.NO_DATA if sight is None else Status.CLEAR
+        threat, sure = estimated_threat(frame)
+        status = Status.NO_DATA if threat is None else Status.CLEAR
         speed = None if motion is None else motion.over_ground
-        return Scene(speed, None, None, sight, sure, 1, status, True)
+        return Threats(speed, None, None, threat, sure, 1, status, True)
 
-    def _without_motion(self, frame: Frame) -> Scene:
+    def _without_motion(self, frame: Frame) -> Threats:
         """Look whether there is anything to see at all, as a vehicle that stands."""
-        return self.look_along(frame, STANDING)._replace(speed=None, beams=None, path=None, judged=False)
+        return self.assess_along(frame, STANDING)._replace(speed=None, beams=None, path=None, judged=False)
 
-    def _sight(self, source: Source, frame: Frame, seen: Any) -> Sight:
+    def _beam_threat(self, source: Source, frame: Frame, seen: Any) -> Threat:
         """Return the nearest beam at the time of the decision."""
         closing, age = seen.closing_speed, self._age(frame, seen.beam)
         ttc, clearance = max(seen.ttc - age, 0.0), max(seen.clearance - max(closing, 0.0) * age, 0.0)
-        return Sight(source, ttc, seen.status, seen.beam, seen.angle, seen.range, clearance, closing, age)
+        return Threat(source, ttc, seen.status, seen.beam, seen.angle, seen.range, clearance, closing, age)
 
     def _age(self, frame: Frame, beam: int = -1) -> float:
         """Return how old a frame, or a beam of it, is at the time of the decision, s."""
@@ -176,15 +176,15 @@ class Eyes:
         self._range_rate = copy.deepcopy(state)
 
 
-def on_the_way(seen: Any, index: int, angle: float, distance: float, speed: float, age: float) -> Sight:
+def on_the_way(seen: Any, index: int, angle: float, distance: float, speed: float, age: float) -> Threat:
     """Return what will be touched first, at the time of the decision; its clearance is what is left of the way."""
     ttc = seen.ttc - age
     ttc = ttc if ttc > 0.0 else 0.0
-    return Sight(PATH, ttc, seen.status, index, angle, distance, speed * ttc if speed > 0.0 else math.inf, speed, age)
+    return Threat(PATH, ttc, seen.status, index, angle, distance, speed * ttc if speed > 0.0 else math.inf, speed, age)
 
 
-def second_opinion(frame: Frame) -> tuple[Sight | None, bool]:
-    """Return the estimate at the time of the decision, and whether it is sure; see ``Scene``."""
+def estimated_threat(frame: Frame) -> tuple[Threat | None, bool]:
+    """Return the estimate at the time of the decision, and whether it is sure; see ``Threats``."""
     estimate = frame.estimate
     if estimate is None or estimate.saw_nothing:
         return None, False
@@ -198,8 +198,8 @@ def second_opinion(frame: Frame) -> tuple[Sight | None, bool]:
         sure = ttc < math.inf and (ttc_interval is None or ttc_interval[1] < math.inf)
     if status is None:
         status = Status.CLOSING if ttc < math.inf else Status.NOT_CLOSING
-    sight = Sight(Source.ESTIMATE, max(ttc - age, 0.0), status, -1, math.nan, distance, clearance, closing, age)
-    return sight, sure
+    threat = Threat(Source.ESTIMATE, max(ttc - age, 0.0), status, -1, math.nan, distance, clearance, closing, age)
+    return threat, sure
 
 
 def path_of(scan: ScanTTC, horizon: float) -> ScanSweptPath | None:

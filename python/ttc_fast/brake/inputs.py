@@ -28,7 +28,7 @@ def checked_motion(argument: str, value: Any) -> Motion:
     return motion
 
 
-def wish_of(commanded: Any) -> Motion:
+def commanded_motion(commanded: Any) -> Motion:
     """Return what is commanded as a motion."""
     if isinstance(commanded, Motion):
         return checked_motion("commanded", commanded)

@@ -10,7 +10,7 @@ from ttc_fast.brake.scene import NOTHING
 from ttc_fast.brake.sight import STANDING
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.scene import Criterion, Judgement
+    from ttc_fast.brake.scene import Criterion, Evaluation
     from ttc_fast.brake.sight import Estimate, Motion
 
 CLOCK_TOLERANCE = 0.1
@@ -18,7 +18,7 @@ CLOCK_TOLERANCE = 0.1
 
 
 @dataclass(slots=True)
-class Memory:
+class ControllerState:
     """See the attributes; times are stamps, s, and -inf before the first."""
 
     frame_at: float = -math.inf
@@ -32,11 +32,11 @@ class Memory:
     motion_at: float = -math.inf
     """Of the newest odometry."""
     estimate: Estimate | None = None
-    """The newest second opinion."""
+    """The newest estimate."""
 
     criterion: Criterion | None = None
     """The one that was nearest to its threshold in the newest frame, or beyond it by most."""
-    judgement: Judgement = NOTHING
+    evaluation: Evaluation = NOTHING
     """What it said."""
     rests_in_contact: bool = False
     """Whether something was inside the outline then, and nothing said which way the vehicle will go."""
@@ -72,6 +72,6 @@ class Memory:
         return self.motion if -CLOCK_TOLERANCE <= now - self.motion_at <= timeout else None
 
     def fresh_estimate(self, now: float, timeout: float) -> Estimate | None:
-        """Return the newest second opinion, unless it is too old, or of a time to come."""
+        """Return the newest estimate, unless it is too old, or of a time to come."""
         estimate = self.estimate
         return estimate if estimate is not None and -CLOCK_TOLERANCE <= now - estimate.stamp <= timeout else None

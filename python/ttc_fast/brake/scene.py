@@ -9,24 +9,24 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.sight import Sight
+    from ttc_fast.brake.sight import Threat
 
 
-class Scene(NamedTuple):
+class Threats(NamedTuple):
     """All that is seen at the time of a decision. What nobody looked for, or could see, is None.
 
     Attributes
     ----------
     speed : float or None
         Of the vehicle over ground, m/s, without sign; None without odometry.
-    beams : Sight or None
+    beams : Threat or None
         The nearest by iTTC.
-    path : Sight or None
+    path : Threat or None
         The nearest on the way of the outline.
-    estimate : Sight or None
-        The second opinion.
+    estimate : Threat or None
+        The estimate.
     sure : bool
-        Whether the second opinion is sure that something comes closer: its interval does not reach infinity. In
+        Whether the estimate is sure that something comes closer: its interval does not reach infinity. In
         contact, that it is not sure that it moves away: the interval of its closing speed reaches 0.
     returns : int
         Valid readings or points.
@@ -37,9 +37,9 @@ class Scene(NamedTuple):
     """
 
     speed: float | None
-    beams: Sight | None
-    path: Sight | None
-    estimate: Sight | None
+    beams: Threat | None
+    path: Threat | None
+    estimate: Threat | None
     sure: bool
     returns: int
     status: Status
@@ -47,36 +47,36 @@ class Scene(NamedTuple):
 
     @property
     def touches(self) -> bool:
-        """Whether the second opinion is in contact, and not sure that it moves away."""
+        """Whether the estimate is in contact, and not sure that it moves away."""
         return self.sure and self.estimate is not None and self.estimate.status is Status.CONTACT
 
 
-class Judgement(NamedTuple):
+class Evaluation(NamedTuple):
     """What a criterion compares: it triggers when ``value < threshold``.
 
     Attributes
     ----------
     value, threshold : float
         In the criterion's unit.
-    sight : Sight or None
+    threat : Threat or None
         What it looked at.
     """
 
     value: float
     threshold: float
-    sight: Sight | None
+    threat: Threat | None
 
     @property
     def triggers(self) -> bool:
         """Whether it is time to brake."""
         return self.value < self.threshold
 
-    def tighter(self, other: Judgement) -> bool:
+    def more_urgent_than(self, other: Evaluation) -> bool:
         """Whether it is nearer to its threshold than the other to its own, or beyond it by more."""
         return self.value * other.threshold < other.value * self.threshold
 
 
-class Looks(Enum):
+class Needs(Enum):
     """What a criterion has to be shown."""
 
     BEAMS = "beams"
@@ -86,7 +86,7 @@ class Looks(Enum):
     NEAREST = "nearest"
     """What is on the way where there is an outline, else the nearest by iTTC."""
     ESTIMATE = "estimate"
-    """The second opinion alone."""
+    """The estimate alone."""
 
 
 class Criterion(Protocol):
@@ -96,37 +96,37 @@ class Criterion(Protocol):
     ----------
     name, unit : str
         For people.
-    looks : Looks
+    needs : Needs
         What has to be computed for it.
     """
 
     name: ClassVar[str]
     unit: ClassVar[str]
-    looks: ClassVar[Looks]
+    needs: ClassVar[Needs]
 
-    def judge(self, scene: Scene) -> Judgement:
+    def evaluate(self, threats: Threats) -> Evaluation:
         """Compare what is seen with the threshold.
 
         Parameters
         ----------
-        scene : Scene
+        threats : Threats
             What is seen.
 
         Returns
         -------
-        Judgement
+        Evaluation
 
         Examples
         --------
         >>> from ttc_fast import IttcThreshold, Status
-        >>> from ttc_fast.brake import Scene, Sight, Source
-        >>> sight = Sight(Source.BEAMS, 1.2, Status.CLOSING, 7, 0.0, 6.0, 6.0, 5.0, 0.0)
-        >>> scene = Scene(5.0, sight, None, None, False, 100, Status.CLOSING, True)
-        >>> IttcThreshold(1.5).judge(scene).triggers
+        >>> from ttc_fast.brake import Threats, Threat, Source
+        >>> threat = Threat(Source.BEAMS, 1.2, Status.CLOSING, 7, 0.0, 6.0, 6.0, 5.0, 0.0)
+        >>> threats = Threats(5.0, threat, None, None, False, 100, Status.CLOSING, True)
+        >>> IttcThreshold(1.5).evaluate(threats).triggers
         True
         """
         ...
 
 
-NOTHING = Judgement(math.inf, 0.0, None)
+NOTHING = Evaluation(math.inf, 0.0, None)
 """What there is to say where nothing is to be judged."""

@@ -39,7 +39,7 @@ class Source(IntEnum):
     ESTIMATE = 3
 
 
-class Sight(NamedTuple):
+class Threat(NamedTuple):
     """The nearest thing in time, at the time of the decision.
 
     Attributes
@@ -123,7 +123,7 @@ STANDING = Motion(0.0)
 
 
 class Estimate(NamedTuple):
-    """A second opinion, from a tracker or a camera. ``Estimate.of`` makes it of what a tracker says.
+    """An estimate, from a tracker or a camera. ``Estimate.of`` makes it of what a tracker says.
 
     It is in contact when its status is CONTACT, or its distance is 0 or below. NO_DATA and INVALID say that nothing was
     seen: the TTC beside them is not used.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class VoteRule:
+class NOfM:
     """At least ``needed`` of the last ``frames`` frames, where frames that never were have voted no.
 
     The votes themselves are an int that the caller keeps, the newest in the lowest bit.
@@ -20,10 +20,10 @@ class VoteRule:
         self._needed, frames = rule
         self._mask = (1 << frames) - 1
 
-    def cast(self, votes: int, vote: bool) -> int:
+    def push(self, votes: int, vote: bool) -> int:
         """Return the votes with one more."""
         return (votes << 1 | vote) & self._mask
 
-    def carried(self, votes: int) -> bool:
+    def reached(self, votes: int) -> bool:
         """Whether enough of them are yes."""
         return votes.bit_count() >= self._needed

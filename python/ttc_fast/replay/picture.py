@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ttc_fast.brake import Command
-from ttc_fast.replay.above import draw_above
+from ttc_fast.replay.birds_eye import draw_birds_eye
 from ttc_fast.replay.run import name_of
 from ttc_fast.replay.style import (
     ALARM,
@@ -23,7 +23,7 @@ from ttc_fast.replay.style import (
     open_figure,
     quieten,
 )
-from ttc_fast.replay.summary import GOING, UNSEEN, is_lone, told
+from ttc_fast.replay.summary import GOING, UNSEEN, is_isolated, known_ttc
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -68,16 +68,16 @@ def draw(replay: Replay) -> Figure:
     matplotlib.figure.Figure
         With its own canvas, so that no display is needed.
     """
-    from_above = replay.moment is not None and not hasattr(replay.log, "column")
+    from_above = replay.key_frame is not None and not hasattr(replay.log, "column")
     title = f"{name_of(replay.log.path)}, {replay.summary.pace}"
     figure = open_figure(title, _footnote(replay), SIZE if from_above else NARROW)
     grid = figure.add_gridspec(3, 2 if from_above else 1, height_ratios=(1, 0.8, 1.5))
     ttc = figure.add_subplot(grid[2, 0])
     distance, closing = (figure.add_subplot(grid[row, 0], sharex=ttc) for row in (0, 1))
-    lone = _lone(replay)
-    _draw_distance(distance, replay, lone)
+    isolated = _isolated(replay)
+    _draw_distance(distance, replay, isolated)
     _draw_closing_speed(closing, replay)
-    _draw_ttc(ttc, replay, lone)
+    _draw_ttc(ttc, replay, isolated)
     for axes in (distance, closing):
         axes.tick_params(labelbottom=False)
     for axes in (distance, closing, ttc):
@@ -86,16 +86,16 @@ def draw(replay: Replay) -> Figure:
         quieten(axes)
     figure.align_ylabels([distance, closing, ttc])
     if from_above:
-        draw_above(figure.add_subplot(grid[:, 1]), replay)
+        draw_birds_eye(figure.add_subplot(grid[:, 1]), replay)
     return figure
 
 
 def _footnote(replay: Replay) -> str:
     """Say why it braked first, and what each point stands for."""
     said = []
-    if replay.braked and replay.moment is not None:
-        row = replay.moment[0]
-        unit = next((each.unit for each in replay.eyes.judge.criteria if each.name == row.criterion), "")
+    if replay.braked and replay.key_frame is not None:
+        row = replay.key_frame[0]
+        unit = next((each.unit for each in replay.pipeline.controller.criteria if each.name == row.criterion), "")
         why = f"{row.criterion}, {row.value:.2f} < {row.threshold:.3g} {unit}"
         said.append(f"It brakes at {row.stamp:.2f} s, when enough of the last frames agree: {why}.")
     if replay.series.step > 1:
@@ -109,22 +109,22 @@ def _column(replay: Replay, name: str) -> NDArray[np.float64]:
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _lone(replay: Replay) -> NDArray[np.bool_]:
-    """Tell which rows are lone; where each stands for several, neighbours say nothing of each other."""
+def _isolated(replay: Replay) -> NDArray[np.bool_]:
+    """Tell which rows are isolated; where each stands for several, neighbours say nothing of each other."""
     rows, longest = replay.series.rows, replay.summary.longest
-    lone = np.zeros(len(rows), bool)
+    isolated = np.zeros(len(rows), bool)
     if replay.series.step == 1:
-        lone[1:-1] = [is_lone(*rows[i : i + 3], longest=longest) for i in range(len(rows) - 2)]
-    return lone
+        isolated[1:-1] = [is_isolated(*rows[i : i + 3], longest=longest) for i in range(len(rows) - 2)]
+    return isolated
 
 
-def _draw_distance(axes: Axes, replay: Replay, lone: NDArray[np.bool_]) -> None:
+def _draw_distance(axes: Axes, replay: Replay, isolated: NDArray[np.bool_]) -> None:
     stamps, distance, nearest = (_column(replay, name) for name in ("stamp", "distance", "nearest"))
     if np.isfinite(nearest).any():
         axes.plot(stamps, nearest, ".-", color=QUIET, lw=1, ms=4, label="plain nearest point")
-    axes.plot(stamps, np.where(lone, np.nan, distance), ".-", color=LINE, lw=1.4, ms=3, label="distance")
-    if lone.any():
-        axes.plot(stamps[lone], distance[lone], "x", color=CAUTION, ms=5, mew=1.6, label="lone reading")
+    axes.plot(stamps, np.where(isolated, np.nan, distance), ".-", color=LINE, lw=1.4, ms=3, label="distance")
+    if isolated.any():
+        axes.plot(stamps[isolated], distance[isolated], "x", color=CAUTION, ms=5, mew=1.6, label="lone reading")
     axes.set(ylabel="distance, m")
     axes.set_ylim(bottom=0.0)
 
@@ -141,11 +141,11 @@ def _draw_closing_speed(axes: Axes, replay: Replay) -> None:
     axes.set_ylim(bottom=min(axes.get_ylim()[0], 0.0))
 
 
-def _draw_ttc(axes: Axes, replay: Replay, lone: NDArray[np.bool_]) -> None:
+def _draw_ttc(axes: Axes, replay: Replay, isolated: NDArray[np.bool_]) -> None:
     """Draw the TTC on a logarithmic axis, with what it is compared with."""
     rows, threshold = replay.series.rows, replay.threshold
     stamps, status = _column(replay, "stamp"), np.array([row.status for row in rows])
-    ttc = np.array([told(row) for row in rows])
+    ttc = np.array([known_ttc(row) for row in rows])
     ttc[np.isinf(ttc)] = np.nan
     finite = ttc[np.isfinite(ttc)]
     low = max(0.7 * min([threshold, *finite]), SHORTEST)
@@ -153,21 +153,21 @@ def _draw_ttc(axes: Axes, replay: Replay, lone: NDArray[np.bool_]) -> None:
     shown = np.maximum(ttc, low)
     axes.set(yscale="log", ylabel="time to collision, s", xlabel="time, s", ylim=(low, high))
     label_seconds(axes.yaxis)
-    for each in sorted(set(replay.eyes.judge.thresholds)):
+    for each in sorted(set(replay.pipeline.controller.thresholds)):
         axes.axhline(each, color=ALARM, lw=1, ls=(0, (5, 3)), label=f"threshold {each:g} s")
     least, most = (np.clip([getattr(row, name) for row in rows], low, 1e9) for name in ("ttc_low", "ttc_high"))
     if np.isfinite(least).any():
         axes.fill_between(stamps, least, most, color=LINE, alpha=0.25, lw=0)
-    axes.plot(stamps, np.where(lone, np.nan, shown), ".-", color=LINE, lw=1.5, ms=3, label="TTC")
-    if lone.any():
-        axes.plot(stamps[lone], shown[lone], "x", color=CAUTION, ms=5, mew=1.6)
+    axes.plot(stamps, np.where(isolated, np.nan, shown), ".-", color=LINE, lw=1.5, ms=3, label="TTC")
+    if isolated.any():
+        axes.plot(stamps[isolated], shown[isolated], "x", color=CAUTION, ms=5, mew=1.6)
     warned = np.array([row.command is Command.WARN for row in rows]) & np.isfinite(shown)
     if warned.any():
         axes.plot(stamps[warned], shown[warned], "o", mfc="none", color=CAUTION, ms=5, label="warns")
     mark_on_top(axes, stamps[np.isin(status, GOING)], QUIET, "nothing closes")
     mark_on_top(axes, stamps[np.isin(status, UNSEEN)], BLIND, "nothing valid seen")
-    if replay.moment is not None and math.isfinite(replay.moment[0].ttc):
-        row, braked = replay.moment[0], replay.braked
+    if replay.key_frame is not None and math.isfinite(replay.key_frame[0].ttc):
+        row, braked = replay.key_frame[0], replay.braked
         at, colour = (row.stamp, max(row.ttc, low)), ALARM if braked else INK
         label = "begins to brake" if braked else "least TTC"
         axes.plot(*at, "o", color=colour, mec="white", ms=9, ls="none", zorder=3, label=label)

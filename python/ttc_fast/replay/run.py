@@ -95,7 +95,7 @@ class Replay:
         Of the rows so far.
     series : Series
         Rows to draw and to print.
-    moment : (Row, frame) or None
+    key_frame : (Row, frame) or None
         The first frame that began to brake for a criterion; without one that of least TTC.
 
     Raises
@@ -124,25 +124,25 @@ class Replay:
         elif isinstance(self.log, CloudLog):
             kind = Clouds
         settings.refuse_useless(self.log.path, kind.name, kind.uses)
-        self.eyes: Any = kind(self.log, settings)
-        self.threshold = min(self.eyes.judge.thresholds, default=TTC_THRESHOLD)
+        self.pipeline: Any = kind(self.log, settings)
+        self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
         self.summary = Summary(str(self.log.path), self.threshold, settings.sensor_timeout)
         self.series = Series()
-        self.moment: tuple[Row, Any] | None = None
+        self.key_frame: tuple[Row, Any] | None = None
 
     def __iter__(self) -> Iterator[Row]:
-        eyes, summary, series = self.eyes, self.summary, self.series
-        take, add, row_of = summary.add, series.add, eyes.row
+        pipeline, summary, series = self.pipeline, self.summary, self.series
+        take, add, row_of = summary.add, series.add, pipeline.row
         frame: Any = None
         try:
             for number, each in enumerate(self.log):
                 if number == 0:
-                    eyes.begin(each)
+                    pipeline.begin(each)
                 before, frame = frame, each
                 row = row_of(number, frame)
-                moment = take(row)
-                if moment is not None:
-                    self.moment = moment, frame if moment is row else before
+                key_frame = take(row)
+                if key_frame is not None:
+                    self.key_frame = key_frame, frame if key_frame is row else before
                 add(row)
                 yield row
         except LogError as error:
@@ -152,13 +152,17 @@ class Replay:
             raise LogError(self.log.path, f"frame {summary.frames}: {error}") from error
         finally:
             series.end()
-            moment = summary.end()
-            if moment is not None:
-                self.moment = moment, frame
-            judge = eyes.judge
-            summary.stale, summary.longest_gap, summary.resets = judge.stale, judge.longest_gap, judge.resets
+            key_frame = summary.end()
+            if key_frame is not None:
+                self.key_frame = key_frame, frame
+            controller = pipeline.controller
+            summary.stale, summary.longest_gap, summary.resets = (
+                controller.stale,
+                controller.longest_gap,
+                controller.resets,
+            )
 
     @property
     def braked(self) -> bool:
-        """Whether the moment is one of braking."""
-        return self.moment is not None and self.moment[0].reason is Reason.CRITERION
+        """Whether the key frame is one of braking."""
+        return self.key_frame is not None and self.key_frame[0].reason is Reason.CRITERION

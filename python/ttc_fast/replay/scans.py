@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ttc_fast.replay.judge import Judge, motion_of
+from ttc_fast.replay.controller import ReplayController, motion_of
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.settings import SCANNER
 
@@ -43,12 +43,12 @@ class Scans:
         self.outline, self.mount = merged.get("outline"), tuple(merged.get("mount", (0.0, 0.0, 0.0)))
         self.about = _about(log, self.outline, self.mount)
         self.rated = False
-        self.judge = self._judge()
+        self.controller = self._make_controller()
 
-    def _judge(self, *, rated: bool = False) -> Judge:
+    def _make_controller(self, *, rated: bool = False) -> ReplayController:
         if rated and self._configuration.range_rate is None:
             self._configuration = replace(self._configuration, range_rate={})
-        return Judge(
+        return ReplayController(
             self._configuration,
             self._settings.sensor_timeout,
             scan=self.scan,
@@ -59,17 +59,17 @@ class Scans:
         """Look at the first frame: without a speed, the ranges have to tell what closes."""
         self.rated = frame.speed is None
         if self.rated:
-            self.judge = self._judge(rated=True)
+            self.controller = self._make_controller(rated=True)
 
     def row(self, number: int, frame: ScanFrame) -> Row:
-        """Judge a frame."""
+        """Put a frame through the brake."""
         stamp, speed = frame.stamp, frame.speed
-        self.judge.is_reset(stamp)
-        decision, scene, status = self.judge.decide(stamp, motion_of(frame), ranges=frame.ranges, stamp=stamp)
+        self.controller.is_reset(stamp)
+        decision, threats, status = self.controller.decide(stamp, motion_of(frame), ranges=frame.ranges, stamp=stamp)
         criterion = decision.criterion
         now = math.nan if speed is None else speed
-        seen = None if scene is None else scene.path or scene.beams
-        if seen is None or scene is None or criterion is None:
+        seen = None if threats is None else threats.path or threats.beams
+        if seen is None or threats is None or criterion is None:
             return Row(
                 number, stamp, math.nan, math.nan, math.inf, status, decision.command, decision.reason, speed=now
             )
@@ -87,7 +87,7 @@ class Scans:
             math.nan,
             math.nan,
             now,
-            scene.returns,
+            threats.returns,
             criterion.name,
             decision.value,
             decision.threshold,

@@ -124,20 +124,23 @@ def _said(replay: Replay) -> Iterator[tuple[str, str]]:
     yield "time", log.clock
     motion = getattr(log, "motion", "")
     if motion:
-        rated = "; how the ranges change tells what closes" if replay.eyes.rated else ""
+        rated = "; how the ranges change tells what closes" if replay.pipeline.rated else ""
         yield "speed", f"{motion}{rated}"
-    yield from replay.eyes.about
-    yield "criteria", ", ".join(map(str, replay.eyes.judge.criteria))
+    yield from replay.pipeline.about
+    yield "criteria", ", ".join(map(str, replay.pipeline.controller.criteria))
 
 
 def _found(summary: Summary) -> Iterator[tuple[str, str]]:
     """Say what the log comes to."""
-    least, lone = summary.least, summary.least_lone
+    least, isolated = summary.least, summary.least_isolated
     where = "" if least is None else f"{least.distance:.2f} m away, closing at {least.closing_speed:.2f} m/s"
-    none = "none, nothing ever closes" if summary.told else "not known, no frame tells what comes closer"
+    none = "none, nothing ever closes" if summary.with_known_ttc else "not known, no frame tells what comes closer"
     yield "least TTC", f"{_when(least)}, {where}" if least else none
-    if lone is not None:
-        yield "lone", f"{frames(summary.lone)} that both neighbours contradict, such as {_when(lone)}; left out here"
+    if isolated is not None:
+        yield (
+            "lone",
+            f"{frames(summary.isolated)} that both neighbours contradict, such as {_when(isolated)}; left out here",
+        )
     below = f"at most {summary.threshold:g} s for {summary.exposed:.2f} s (TET) of {summary.judged:.2f} s judged"
     yield "exposure", f"{below}, integrated {summary.integrated:.2f} s\N{SUPERSCRIPT TWO} (TIT)"
     warns = f", and warns in {frames(summary.warnings)}" if summary.warnings else ""

@@ -15,7 +15,7 @@ MOST_EVENTS = 1000
 UNSEEN = (Status.NO_DATA, Status.INVALID)
 GOING = (Status.CLEAR, Status.NOT_CLOSING)
 UNKNOWN = (Status.WARMING_UP, Status.LOST, Status.STALE, *UNSEEN)
-LONE = 2.0
+CONTRADICTION = 2.0
 
 
 class Event(NamedTuple):
@@ -50,9 +50,9 @@ class Summary:
 
     Attributes
     ----------
-    frames, told, brakes, warnings, invalid, unknown, lone : int
+    frames, with_known_ttc, brakes, warnings, invalid, unknown, isolated : int
         Rows; rows that tell a TTC, or that nothing comes closer; events of braking; rows that warn; rows of data that
-        nothing could be told from; rows where nothing told a closing speed; lone rows.
+        nothing could be told from; rows where nothing told a closing speed; isolated rows.
     stale, resets : int
         Gaps between frames that are longer than the brake waits; how often the clock of the log was set back.
     longest_gap : float
@@ -65,8 +65,8 @@ class Summary:
         Time integrated TTC: the same, times how far it was below, s^2.
     least : Row or None
         Of least TTC, the first of them; None if nothing ever closes.
-    least_lone : Row or None
-        The lone row of least TTC.
+    least_isolated : Row or None
+        The isolated row of least TTC.
     events : list of Event
         Of braking, the first thousand.
     lost : str
@@ -80,8 +80,8 @@ class Summary:
     tell no TTC do not count (WARMING_UP, LOST, STALE, NO_DATA, INVALID), nor does the part of a gap that is longer than
     ``longest``.
 
-    A lone row is a stray reading, as ``is_lone`` tells it: it is never the least, and counts with the lesser TTC of its
-    two neighbours.
+    An isolated row is a stray reading, as ``is_isolated`` tells it: it is never the least, and counts with the lesser
+    TTC of its two neighbours.
 
     Examples
     --------
@@ -89,38 +89,38 @@ class Summary:
     >>> log = Replay(sample("scans"))
     >>> for row in log:
     ...     pass
-    >>> round(log.summary.exposed, 2), round(log.summary.integrated, 2), log.summary.lone
+    >>> round(log.summary.exposed, 2), round(log.summary.integrated, 2), log.summary.isolated
     (1.8, 1.34, 4)
     """
 
     def __init__(self, path: str, threshold: float, longest: float) -> None:
         self.path, self.threshold, self.longest = path, threshold, longest
         self.frames = self.brakes = self.warnings = self.invalid = self.unknown = 0
-        self.told = self.lone = self.stale = self.resets = 0
+        self.with_known_ttc = self.isolated = self.stale = self.resets = 0
         self.longest_gap = self.duration = self.judged = self.exposed = self.integrated = 0.0
         self.least: Row | None = None
-        self.least_lone: Row | None = None
+        self.least_isolated: Row | None = None
         self.events: list[Event] = []
         self.lost = ""
         self._before: Row | None = None
         self._last: Row | None = None
-        self._brakes = self._has_moment = False
+        self._brakes = self._has_key_frame = False
 
     def add(self, row: Row) -> Row | None:
         """Take in a row; return this one or the one before it if its frame is now the one to look at."""
         self.frames += 1
         before, last = self._before, self._last
         self._before, self._last = last, row
-        moment = None if last is None else self._measure(before, last, row)
+        key_frame = None if last is None else self._measure(before, last, row)
         if row.status in UNSEEN:
             self.invalid += 1
         elif row.reason is Reason.NO_MOTION or not row.criterion:
             self.unknown += 1
         self._follow(row)
-        if row.reason is Reason.CRITERION and not self._has_moment:
-            self._has_moment = True
+        if row.reason is Reason.CRITERION and not self._has_key_frame:
+            self._has_key_frame = True
             return row
-        return moment
+        return key_frame
 
     def end(self) -> Row | None:
         """Take in that there are no more; return what ``add`` does."""
@@ -133,23 +133,23 @@ class Summary:
         passed = 0.0 if after is None else max(after.stamp - row.stamp, 0.0)
         self.duration += passed
         passed = min(passed, self.longest)
-        ttc = told(row)
-        if before is not None and after is not None and is_lone(before, row, after, longest=self.longest):
-            self.lone += 1
-            if self.least_lone is None or ttc < self.least_lone.ttc:
-                self.least_lone = row
+        ttc = known_ttc(row)
+        if before is not None and after is not None and is_isolated(before, row, after, longest=self.longest):
+            self.isolated += 1
+            if self.least_isolated is None or ttc < self.least_isolated.ttc:
+                self.least_isolated = row
             ttc, least = min(before.ttc, after.ttc), False
         else:
             least = ttc < (math.inf if self.least is None else self.least.ttc)
         if ttc == ttc:  # not NaN
-            self.told += 1
+            self.with_known_ttc += 1
             self.judged += passed
         if ttc <= self.threshold:
             self.exposed += passed
             self.integrated += passed * (self.threshold - ttc)
         if least:
             self.least = row
-        return row if (least or before is None) and not self._has_moment else None
+        return row if (least or before is None) and not self._has_key_frame else None
 
     def _follow(self, row: Row) -> None:
         """Follow the commands."""
@@ -172,14 +172,14 @@ class Summary:
         return f"{self.frames} frames in {self.duration:.1f} s, {(self.frames - 1) / self.duration:.3g} Hz"
 
 
-def told(row: Row) -> float:
+def known_ttc(row: Row) -> float:
     """Return the TTC that a row tells, inf where nothing comes closer, and NaN where it tells nothing."""
     if row.status in UNKNOWN or (row.status is Status.TOO_FEW and row.ttc == math.inf):
         return math.nan
     return row.ttc
 
 
-def is_lone(before: Row, row: Row, after: Row, *, longest: float) -> bool:
+def is_isolated(before: Row, row: Row, after: Row, *, longest: float) -> bool:
     """Tell whether a row is contradicted by both its neighbours: a stray reading.
 
     What really comes within the TTC of a row was as near, but for the time that passed, in the row before, and is so
@@ -200,12 +200,12 @@ def is_lone(before: Row, row: Row, after: Row, *, longest: float) -> bool:
     Examples
     --------
     >>> from ttc_fast.replay import Replay, sample
-    >>> from ttc_fast.replay.summary import is_lone
+    >>> from ttc_fast.replay.summary import is_isolated
     >>> rows = list(Replay(sample("scans")))
-    >>> [row.frame for a, row, b in zip(rows, rows[1:], rows[2:]) if is_lone(a, row, b, longest=0.3)]
+    >>> [row.frame for a, row, b in zip(rows, rows[1:], rows[2:]) if is_isolated(a, row, b, longest=0.3)]
     [8, 14, 42, 71]
     """
     ttc, early, late = row.ttc, row.stamp - before.stamp, after.stamp - row.stamp
     if row.status in UNKNOWN or not (0.0 <= early <= longest and 0.0 <= late <= longest):
         return False
-    return told(before) > LONE * (ttc + early) and told(after) > LONE * (ttc + late)
+    return known_ttc(before) > CONTRADICTION * (ttc + early) and known_ttc(after) > CONTRADICTION * (ttc + late)

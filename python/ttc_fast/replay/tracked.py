@@ -12,7 +12,7 @@ from ttc_fast._core import CloudTracker, DistanceTracker, Minimum, SweptPath, ro
 from ttc_fast.brake import Estimate, Motion
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import forward_left_up
-from ttc_fast.replay.judge import Judge, motion_of
+from ttc_fast.replay.controller import ReplayController, motion_of
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.settings import GATE_OPTIONS
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from ttc_fast._core import Gate, TrackedTTC
     from ttc_fast.brake import Decision
-    from ttc_fast.brake.scene import Scene
+    from ttc_fast.brake.scene import Threats
     from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog, Lidar
     from ttc_fast.replay.settings import Settings
 
@@ -60,7 +60,7 @@ class Clouds:
 
     def _restart(self) -> None:
         self._tracker = CloudTracker(self.gate, front_offset=self.lidar.front_offset)
-        self.judge = Judge(
+        self.controller = ReplayController(
             self._configuration,
             self._settings.sensor_timeout,
             path=self.path,
@@ -78,18 +78,18 @@ class Clouds:
         self._restart()
 
     def row(self, number: int, frame: CloudFrame) -> Row:
-        """Judge a frame."""
+        """Put a frame through the brake."""
         stamp = frame.stamp
-        if self.judge.is_reset(stamp):
+        if self.controller.is_reset(stamp):
             self._tracker = CloudTracker(self.gate, front_offset=self.lidar.front_offset)
         tracked = self._tracker.update(frame.points, stamp)
         data: dict[str, Any] = {"estimate": Estimate.of(tracked, stamp)}
         if self.path is not None:
             data |= {"points": self.obstacles(frame.points), "stamp": stamp}
-        decision, scene, _ = self.judge.decide(stamp, motion_of(frame), **data)
+        decision, threats, _ = self.controller.decide(stamp, motion_of(frame), **data)
         plain = robust_min_x(frame.points, gate=self.gate, estimator=Minimum())
         nearest = max(plain.nearest_x - self.lidar.front_offset, 0.0)
-        row = row_of(number, stamp, tracked, frame.speed, decision, scene)
+        row = row_of(number, stamp, tracked, frame.speed, decision, threats)
         return row._replace(valid=plain.candidates, nearest=nearest)
 
     def obstacles(self, points: NDArray[Any]) -> NDArray[Any]:
@@ -129,19 +129,19 @@ class Distances:
     def __init__(self, log: DistanceLog, settings: Settings) -> None:
         self.about = [("distance", f"column {log.column}")]
         self._tracker = DistanceTracker()
-        self.judge = Judge(settings.configured(), settings.sensor_timeout)
+        self.controller = ReplayController(settings.configured(), settings.sensor_timeout)
 
     def begin(self, frame: DistanceFrame) -> None:
         """Nothing is to be decided by the first frame."""
 
     def row(self, number: int, frame: DistanceFrame) -> Row:
-        """Judge a frame."""
-        if self.judge.is_reset(frame.stamp):
+        """Put a frame through the brake."""
+        if self.controller.is_reset(frame.stamp):
             self._tracker = DistanceTracker()
         tracked = self._tracker.update(frame.distance, frame.stamp)
         motion = None if frame.speed is None else Motion(frame.speed)
-        decision, scene, _ = self.judge.decide(frame.stamp, motion, estimate=Estimate.of(tracked, frame.stamp))
-        return row_of(number, frame.stamp, tracked, frame.speed, decision, scene)
+        decision, threats, _ = self.controller.decide(frame.stamp, motion, estimate=Estimate.of(tracked, frame.stamp))
+        return row_of(number, frame.stamp, tracked, frame.speed, decision, threats)
 
 
 def _with_bumper(lidar: Lidar, outline: Any, mount: Any) -> Lidar:
@@ -168,10 +168,10 @@ def _start(front_offset: float) -> str:
 
 
 def row_of(
-    number: int, stamp: float, tracked: TrackedTTC, speed: float | None, decision: Decision, scene: Scene | None
+    number: int, stamp: float, tracked: TrackedTTC, speed: float | None, decision: Decision, threats: Threats | None
 ) -> Row:
     """Put together what the tracker says, or the path where that comes first, and what is done."""
-    path = None if scene is None else scene.path
+    path = None if threats is None else threats.path
     first = path if path is not None and path.ttc < tracked.ttc else None
     closing_low, closing_high = tracked.closing_speed_interval or UNSEEN
     ttc_low, ttc_high = tracked.ttc_interval or UNSEEN

@@ -206,10 +206,10 @@ class BrakeNode:
             return Diagnostics(STALE, NAME, "nothing has come yet", self._losses.values())
         values = [("command", decision.command.name), ("reason", decision.reason.name)]
         values += [(name, str(value)) for name, value in decision.counters._asdict().items()]
-        if decision.sight is not None:
-            sight = decision.sight
-            values += [("source", sight.source.name), ("status", sight.status.name), ("ttc", f"{sight.ttc:.3f} s")]
-            values += [("age of the data", f"{sight.age:.4f} s")]
+        if decision.threat is not None:
+            threat = decision.threat
+            values += [("source", threat.source.name), ("status", threat.status.name), ("ttc", f"{threat.ttc:.3f} s")]
+            values += [("age of the data", f"{threat.age:.4f} s")]
         if self._motion is not None and self._motion.stamp is not None:
             values += [("speed", f"{self._motion.speed:.3f} m/s")]
             values += [("age of the speed", f"{now - self._motion.stamp:.4f} s")]
@@ -220,19 +220,23 @@ class BrakeNode:
     def cause(self) -> Cause | None:
         """Where the beam or point is that decided, in the vehicle's frame."""
         decision = self._latest
-        if decision is None or decision.sight is None or not math.isfinite(decision.sight.range + decision.sight.angle):
+        if (
+            decision is None
+            or decision.threat is None
+            or not math.isfinite(decision.threat.range + decision.threat.angle)
+        ):
             return None
-        sight = decision.sight
+        threat = decision.threat
         x, y, yaw = (0.0, 0.0, 0.0) if self._source == CLOUD else self.settings.mount
-        direction = yaw + sight.angle
-        x, y = x + sight.range * math.cos(direction), y + sight.range * math.sin(direction)
+        direction = yaw + threat.angle
+        x, y = x + threat.range * math.cos(direction), y + threat.range * math.sin(direction)
         return Cause(self.settings.base_frame, x, y, decision.command, str(decision))
 
 
 def _after(before: BrakeController | None, controller: BrakeController) -> BrakeController:
     """Return a controller that remembers what the one before did, which may be braking."""
     if before is not None:
-        controller.restore({**controller.state(), "memory": before.state()["memory"]})
+        controller.restore({**controller.state(), "controller": before.state()["controller"]})
     return controller
 
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ttc_fast.brake import EstimateThreshold, IttcThreshold, Motion, Reason, StoppingDistance, SweptPathThreshold
-from ttc_fast.brake.scene import NOTHING, Criterion, Looks
+from ttc_fast.brake.scene import NOTHING, Criterion, Needs
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from ttc_fast._core import ScanTTC
     from ttc_fast.brake import BrakeController, Decision
-    from ttc_fast.brake.scene import Judgement, Scene
+    from ttc_fast.brake.scene import Evaluation, Threats
     from ttc_fast.configuration import Configuration
 
 SET_BACK = 1.0
@@ -28,18 +28,18 @@ class Witness(Criterion):
     name: ClassVar[str] = "Witness"
     unit: ClassVar[str] = "s"
 
-    def __init__(self, looks: Looks) -> None:
-        self.looks = looks
-        self.scene: Scene | None = None
+    def __init__(self, needs: Needs) -> None:
+        self.needs = needs
+        self.threats: Threats | None = None
 
-    def judge(self, scene: Scene) -> Judgement:
-        """Keep the first scene of a frame: later ones are of what the vehicle would do if it were released."""
-        if self.scene is None:
-            self.scene = scene
+    def evaluate(self, threats: Threats) -> Evaluation:
+        """Keep the first threats of a frame: later ones are of what the vehicle would do if it were released."""
+        if self.threats is None:
+            self.threats = threats
         return NOTHING
 
 
-class Judge:
+class ReplayController:
     """Hands frames to a controller, with its watchdog.
 
     Parameters
@@ -70,7 +70,7 @@ class Judge:
             first = IttcThreshold()
         criteria = configuration.criteria or (first, StoppingDistance())
         self.criteria = criteria
-        self._witness = Witness(Looks.ESTIMATE if scan is None and path is None else criteria[0].looks)
+        self._witness = Witness(Needs.ESTIMATE if scan is None and path is None else criteria[0].needs)
         self._configuration = replace(configuration, criteria=(*criteria, self._witness))
         self._scan, self._path = scan, path
         self._timeout = sensor_timeout
@@ -96,7 +96,7 @@ class Judge:
             return True
         return False
 
-    def decide(self, stamp: float, motion: Motion | None, /, **data: Any) -> tuple[Decision, Scene | None, Status]:
+    def decide(self, stamp: float, motion: Motion | None, /, **data: Any) -> tuple[Decision, Threats | None, Status]:
         """Decide on a frame: what is done, what was seen, and what the frame is worth where nothing was seen."""
         update, witness = self._controller.update, self._witness
         gap, self._stamp = stamp - self._stamp, stamp
@@ -105,18 +105,18 @@ class Judge:
             self.stale += 1
             self.longest_gap = max(self.longest_gap, gap)
             update(stamp)  # the watchdog, just before the frame comes
-        witness.scene = None
+        witness.threats = None
         decision = update(stamp, motion=motion, **data)
         if stale and decision.reason in STILL_BRAKING:
             decision = decision._replace(reason=Reason.STALE)  # what it brakes for, though a frame has come now
-        scene = witness.scene
+        threats = witness.threats
         counters = decision.counters
         status = Status.WARMING_UP
         if counters.blind != self._blind:
-            self._blind, status, scene = counters.blind, Status.NO_DATA, None
+            self._blind, status, threats = counters.blind, Status.NO_DATA, None
         elif counters.ignored != self._ignored:
-            self._ignored, status, scene = counters.ignored, Status.INVALID, None
-        return decision, scene, status
+            self._ignored, status, threats = counters.ignored, Status.INVALID, None
+        return decision, threats, status
 
 
 def motion_of(frame: Any) -> Motion | None:

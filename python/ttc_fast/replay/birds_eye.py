@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 CLOSEST_VIEW, FARTHEST_VIEW = 2.5, 60.0
 """m ahead that are shown at least and at most."""
-GUILTY = 0.5
+BODY_DEPTH = 0.5
 """m around the distance that a tracker gives: those points are of the body that it follows."""
 STRAY = 0.1
 """m: points of the gate that are nearer than the body by more are drawn as strays."""
@@ -33,23 +33,23 @@ STEPS = 120
 Seen = tuple["NDArray[Any]", "NDArray[np.bool_]", "tuple[float, float] | None"]
 
 
-def draw_above(axes: Axes, replay: Replay) -> None:
+def draw_birds_eye(axes: Axes, replay: Replay) -> None:
     """Draw the frame with outline, swept path, and the points that are to blame."""
-    assert replay.moment is not None
-    row, frame = replay.moment
-    scans = isinstance(replay.eyes, Scans)
-    points, guilty, at = (_scan if scans else _cloud)(replay, row, frame)
+    assert replay.key_frame is not None
+    row, frame = replay.key_frame
+    scans = isinstance(replay.pipeline, Scans)
+    points, threatening, at = (_scan if scans else _cloud)(replay, row, frame)
     _frame(axes, replay, at)
-    outline = replay.eyes.outline
+    outline = replay.pipeline.outline
     if outline is not None:
         _draw_path(axes, outline, row, getattr(frame, "yaw_rate", 0.0), replay.threshold)
     elif not scans:
-        _draw_gate(axes, replay.eyes.gate, replay.eyes.mount)
-    axes.plot(points[~guilty, 1], points[~guilty, 0], ".", color=QUIET, ms=3, mew=0)
-    if guilty.any():
+        _draw_gate(axes, replay.pipeline.gate, replay.pipeline.mount)
+    axes.plot(points[~threatening, 1], points[~threatening, 0], ".", color=QUIET, ms=3, mew=0)
+    if threatening.any():
         path = scans or row.beam >= 0
         label = f"contact within {replay.threshold:g} s" if path else "what the tracker follows"
-        axes.plot(points[guilty, 1], points[guilty, 0], ".", color=ALARM, ms=6, mew=0, label=label, zorder=3)
+        axes.plot(points[threatening, 1], points[threatening, 0], ".", color=ALARM, ms=6, mew=0, label=label, zorder=3)
     if not scans and at is not None:
         _draw_strays(axes, replay, points, at[0])
     if at is not None:
@@ -74,7 +74,7 @@ def _title(replay: Replay, row: Row) -> str:
 def _frame(axes: Axes, replay: Replay, at: tuple[float, float] | None) -> None:
     """Show the vehicle, what decided, and a little around both; ahead is up, and left is left."""
     x, y = (FARTHEST_VIEW / 6, 0.0) if at is None else at
-    low = min(replay.eyes.outline[0] if replay.eyes.outline else -1.0, x, 0.0)
+    low = min(replay.pipeline.outline[0] if replay.pipeline.outline else -1.0, x, 0.0)
     high = max(x, 0.0)
     size = min(max(1.35 * max(high - low, 2.0 * abs(y)), CLOSEST_VIEW), 2.0 * FARTHEST_VIEW)
     middle = (low + high) / 2.0
@@ -84,9 +84,9 @@ def _frame(axes: Axes, replay: Replay, at: tuple[float, float] | None) -> None:
 
 def _draw_vehicle(axes: Axes, replay: Replay) -> None:
     """Draw the vehicle as far as it is known, and the sensor."""
-    x, y, _ = replay.eyes.mount
-    outline = replay.eyes.outline
-    offset = 0.0 if isinstance(replay.eyes, Scans) else replay.eyes.lidar.front_offset
+    x, y, _ = replay.pipeline.mount
+    outline = replay.pipeline.outline
+    offset = 0.0 if isinstance(replay.pipeline, Scans) else replay.pipeline.lidar.front_offset
     if outline is None and offset > 0.0:
         outline = (x + offset - CAR_LENGTH, x + offset, y - CAR_WIDTH / 2, y + CAR_WIDTH / 2)
     if outline is not None:
@@ -98,21 +98,21 @@ def _draw_vehicle(axes: Axes, replay: Replay) -> None:
 
 def _scan(replay: Replay, row: Row, frame: Any) -> Seen:
     """Return the readings as points, those with a TTC below the threshold, and the one that decided."""
-    scan = replay.eyes.scan
+    scan = replay.pipeline.scan
     speed = 0.0 if frame.speed is None else frame.speed
-    judged = scan if replay.eyes.outline is None else ScanSweptPath(scan)
+    judged = scan if replay.pipeline.outline is None else ScanSweptPath(scan)
     ttc = judged.per_beam(frame.ranges, speed, frame.yaw_rate)
     status = np.empty(scan.beams, np.uint8)
     scan.per_beam(frame.ranges, speed, frame.yaw_rate, status_out=status)
     ranges = np.asarray(frame.ranges, float)
     seen = np.isfinite(ranges) & np.isin(status, (Status.NOT_CLOSING, Status.CLOSING, Status.CONTACT))
-    guilty = ttc < replay.threshold
+    threatening = ttc < replay.threshold
     at = None
     if row.beam >= 0:
-        guilty[row.beam] |= row.ttc < replay.threshold  # the range rate tells it where there is no speed
-        (x,), (y,) = _placed(replay.eyes.mount, np.array([row.angle]), np.array([row.range]))
+        threatening[row.beam] |= row.ttc < replay.threshold  # the range rate tells it where there is no speed
+        (x,), (y,) = _placed(replay.pipeline.mount, np.array([row.angle]), np.array([row.range]))
         at = float(x), float(y)
-    return np.column_stack(_placed(replay.eyes.mount, scan.angles[seen], ranges[seen])), guilty[seen], at
+    return np.column_stack(_placed(replay.pipeline.mount, scan.angles[seen], ranges[seen])), threatening[seen], at
 
 
 def _placed(mount: Any, angles: NDArray[Any], ranges: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -122,31 +122,35 @@ def _placed(mount: Any, angles: NDArray[Any], ranges: NDArray[Any]) -> tuple[NDA
 
 def _cloud(replay: Replay, row: Row, frame: Any) -> Seen:
     """Return the points at the heights that count, and those of the gate at the distance that decided."""
-    eyes = replay.eyes
-    points = eyes.obstacles(frame.points)
+    pipeline = replay.pipeline
+    points = pipeline.obstacles(frame.points)
     if row.beam >= 0:
-        guilty = eyes.path.per_point(points, frame.speed, frame.yaw_rate) < replay.threshold
-        return points, guilty, (float(points[row.beam, 0]), float(points[row.beam, 1]))
-    guilty = np.zeros(len(points), bool)
+        threatening = pipeline.path.per_point(points, frame.speed, frame.yaw_rate) < replay.threshold
+        return points, threatening, (float(points[row.beam, 0]), float(points[row.beam, 1]))
+    threatening = np.zeros(len(points), bool)
     if not math.isfinite(row.distance):
-        return points, guilty, None
-    x = eyes.mount[0] + row.distance + eyes.lidar.front_offset
-    lane = _in_lane(eyes, points)
-    guilty = (np.abs(points[:, 0] - x) < GUILTY) & lane
-    return points, guilty, (x, float(points[guilty, 1].mean()) if guilty.any() else sum(eyes.gate.y) / 2)
+        return points, threatening, None
+    x = pipeline.mount[0] + row.distance + pipeline.lidar.front_offset
+    lane = _in_lane(pipeline, points)
+    threatening = (np.abs(points[:, 0] - x) < BODY_DEPTH) & lane
+    return (
+        points,
+        threatening,
+        (x, float(points[threatening, 1].mean()) if threatening.any() else sum(pipeline.gate.y) / 2),
+    )
 
 
-def _in_lane(eyes: Any, points: NDArray[Any]) -> NDArray[np.bool_]:
-    right, left = eyes.gate.y
-    lane: NDArray[np.bool_] = (points[:, 1] >= right + eyes.mount[1]) & (points[:, 1] <= left + eyes.mount[1])
+def _in_lane(pipeline: Any, points: NDArray[Any]) -> NDArray[np.bool_]:
+    right, left = pipeline.gate.y
+    lane: NDArray[np.bool_] = (points[:, 1] >= right + pipeline.mount[1]) & (points[:, 1] <= left + pipeline.mount[1])
     return lane
 
 
 def _draw_strays(axes: Axes, replay: Replay, points: NDArray[Any], x: float) -> None:
     """Mark the points in the lane that are nearer than what decided, as a plain minimum would have taken them."""
-    eyes = replay.eyes
-    near = (points[:, 0] < x - STRAY - GUILTY) & (points[:, 0] >= eyes.mount[0] + eyes.gate.x[0])
-    stray = points[near & _in_lane(eyes, points)]
+    pipeline = replay.pipeline
+    near = (points[:, 0] < x - STRAY - BODY_DEPTH) & (points[:, 0] >= pipeline.mount[0] + pipeline.gate.x[0])
+    stray = points[near & _in_lane(pipeline, points)]
     if len(stray):
         axes.plot(stray[:, 1], stray[:, 0], "x", color=CAUTION, ms=6, mew=1.6, ls="none", zorder=3, label="stray point")
 
