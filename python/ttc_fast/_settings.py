@@ -61,7 +61,7 @@ class Number(Kind):
     def check(self, name: str, value: Any) -> float:
         """Return the value as a float."""
         if self.infinite:
-            return _validate.not_nan(name, value)
+            return _validate.not_nan(name, value, self.least, self.unit)
         if self.positive:
             return _validate.positive(name, value, self.unit)
         if self.least is not None:

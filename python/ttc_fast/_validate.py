@@ -56,11 +56,13 @@ def at_least(argument: str, value: Any, least: float, reason: str = "", *, unit:
     return float(value)
 
 
-def not_nan(argument: str, value: Any) -> float:
-    """Return ``value`` as a float if it is a number and not NaN."""
-    if math.isnan(number(argument, value)):
-        raise ValueError(f"{argument} must be a number, inf included, got {value}")
-    return float(value)
+def not_nan(argument: str, value: Any, least: float | None = None, unit: str = "") -> float:
+    """Return ``value`` as a float if it is a number, inf included, and at least ``least``."""
+    result = number(argument, value)
+    if math.isnan(result) or (least is not None and result < least):
+        limit = "" if least is None else f" of at least {_with_unit(least, unit)}"
+        raise ValueError(f"{argument} must be a number{limit}, inf included, got {value}")
+    return result
 
 
 def count(argument: str, value: Any, least: int = 0, most: int | None = None) -> int:

@@ -266,8 +266,8 @@ def test_an_option_for_another_kind_is_refused(options: dict[str, float], said: 
     ("options", "said"),
     [
         ({"speed": np.nan}, "speed must be finite"),
-        ({"rate": 0.0}, "rate must be"),
-        ({"max_speed_age": -1.0}, "at least 0"),
+        ({"rate": 0.0}, "rate must be finite and at least 0.001 Hz"),
+        ({"max_speed_age": -1.0}, "max_speed_age must be a number of at least 0 s, inf included, got -1.0"),
     ],
 )
 def test_an_option_that_makes_no_sense(options: dict[str, float], said: str) -> None:

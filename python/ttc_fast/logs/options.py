@@ -1,11 +1,11 @@
-"""What the user says of a recording."""
+"""What the user says of a log: where it leaves something open, and where something else is to hold."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from ttc_fast._settings import MOUNT, OUTLINE, Flag, Number, Text, Texts, check_fields, setting
 from ttc_fast.logs.log import LogError
 
 if TYPE_CHECKING:
@@ -20,72 +20,91 @@ SizeT = TypeVar("SizeT")
 
 @dataclass(frozen=True)
 class LogOptions:
-    """What the user says of a recording: what it leaves open, and what is to hold instead of what it says itself.
+    """What the user says of a log. None leaves it to the log.
 
-    None leaves it to the recording. A format knows those that make sense for it, and refuses the others.
+    A format knows the options that make sense for it, and refuses the others by name.
 
     Attributes
     ----------
     topic : str or None
-        Of the scans or clouds, where there are several.
+        The topic of the scans or clouds, where a bag has several.
     odometry_topic : str or None
-        Of the odometry, where there are several.
+        The topic of the odometry, where a bag has several.
     speed : float or None
-        Of the vehicle, forward, m/s, negative when reversing, instead of the recorded one.
+        The forward speed of the vehicle, negative when reversing, m/s. It holds instead of the recorded one.
     max_speed_age : float or None
-        Odometry that is older than this at the time of a frame says nothing about its speed, s; 0.5 by default.
+        Odometry that is older than this at the time of a frame says nothing about its speed, s; 0.5 by default, and 5
+        for CARMEN logs.
+    rate : float or None
+        How many frames a second there are, instead of the stamps.
+    column, stamp_column : str or None
+        The columns of the distances and of their stamps in a table.
     range_min, range_max : float or None
-        Of the scanner, m.
+        Readings of a scanner below and above these are discarded, m.
     mount : (float, float, float) or None
-        x, y (m) and yaw (rad) of the scanner in the vehicle frame.
+        The scanner's x, y (m) and yaw (rad) in the vehicle frame.
     outline : (float, float, float, float) or None
-        x_rear, x_front, y_right, y_left of the vehicle, m.
+        The vehicle's x_rear, x_front, y_right, y_left, m.
     upside_down : bool or None
         Whether the scanner hangs upside down, so that its beams run the other way round.
-    sensor_height, front_offset : float or None
-        Of the lidar, above the road and from the bumper, m.
+    sensor_height : float or None
+        The height of a lidar above the road, m.
+    front_offset : float or None
+        The distance from a lidar to the bumper, m.
     axes : (str, str, str) or None
         Which stored coordinates of the points are forward, left and up: ("x", "y", "z") by REP 103, ("y", "-x", "z")
         where y is forward and x right; as in ``Gate``.
-    rate : float or None
-        Frames per second, instead of the stamps.
-    column, stamp_column : str or None
-        Of the distances and of their stamps, in a table.
 
     Raises
     ------
-    ValueError
-        If a number makes no sense.
+    TypeError, ValueError
+        If an option is of the wrong type, or makes no sense.
     """
 
-    topic: str | None = None
-    odometry_topic: str | None = None
-    speed: float | None = None
-    max_speed_age: float | None = None
-    range_min: float | None = None
-    range_max: float | None = None
-    mount: tuple[float, float, float] | None = None
-    outline: tuple[float, float, float, float] | None = None
-    upside_down: bool | None = None
-    sensor_height: float | None = None
-    front_offset: float | None = None
-    axes: tuple[str, str, str] | None = None
-    rate: float | None = None
-    column: str | None = None
-    stamp_column: str | None = None
+    topic: str | None = setting(None, Text(), "The topic of the scans or clouds, where a bag has several.")
+    odometry_topic: str | None = setting(None, Text(), "The topic of the odometry, where a bag has several.")
+    speed: float | None = setting(
+        None,
+        Number(unit="m/s"),
+        "The forward speed of the vehicle, negative when reversing, instead of the recorded one.",
+    )
+    max_speed_age: float | None = setting(
+        None, Number(unit="s", least=0.0, infinite=True), "Odometry that is older says nothing about the speed."
+    )
+    rate: float | None = setting(
+        None,
+        Number(unit="Hz", least=0.001),
+        "How many frames a second there are, instead of the stamps.",
+    )
+    column: str | None = setting(None, Text(), "The column of the distances in a table.")
+    stamp_column: str | None = setting(None, Text(), "The column of the stamps in a table.")
+    range_min: float | None = setting(None, Number(unit="m", least=0.0), "Readings below this are discarded.")
+    range_max: float | None = setting(None, Number(unit="m", infinite=True), "Readings above this are discarded.")
+    mount: tuple[float, float, float] | None = setting(
+        None, MOUNT, "The position and direction of the scanner in the vehicle frame."
+    )
+    outline: tuple[float, float, float, float] | None = setting(
+        None,
+        OUTLINE,
+        "The outline of the vehicle in its own frame, rear and right usually negative; with it the vehicle's path is "
+        "judged.",
+    )
+    upside_down: bool | None = setting(
+        None, Flag(), "The scanner hangs upside down, so that its beams run the other way round."
+    )
+    sensor_height: float | None = setting(None, Number(unit="m"), "The height of a lidar above the road.")
+    front_offset: float | None = setting(None, Number(unit="m"), "The distance from a lidar to the bumper.")
+    axes: tuple[str, str, str] | None = setting(
+        None,
+        Texts(what="coordinates"),
+        "The stored coordinates of a lidar that are forward, left and up, such as x,-y,-z if it hangs upside down.",
+    )
 
     def __post_init__(self) -> None:
-        for name in ("speed", "sensor_height", "front_offset"):
-            value = getattr(self, name)
-            if value is not None and not math.isfinite(value):
-                raise ValueError(f"{name} must be finite, got {value}")
-        if self.rate is not None and not 0.0 < self.rate < math.inf:
-            raise ValueError(f"rate must be frames per second, above 0, got {self.rate}")
-        if self.max_speed_age is not None and not self.max_speed_age >= 0.0:
-            raise ValueError(f"max_speed_age must be at least 0 s, got {self.max_speed_age}")
+        check_fields(self)
 
     def only(self, known: Collection[str], path: Path, kind: str) -> None:
-        """Refuse what this kind of log does not know."""
+        """Refuse the options that this kind of log does not know."""
         for name in (field.name for field in fields(self)):
             if getattr(self, name) is not None and name not in known:
                 has = f"it knows {', '.join(known)}" if known else "it knows none"
