@@ -6,56 +6,37 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast._settings import Flag, Number, Numbers, Texts, settings_of
 from ttc_fast.cli.exits import USAGE, CommandError
 from ttc_fast.cli.numbers import bound, count, finite, positive, positive_count
+from ttc_fast.logs import LogOptions
 
 if TYPE_CHECKING:
     import argparse
 
+    from ttc_fast._settings import Setting
     from ttc_fast.replay import Settings
 
 __all__ = ["add", "add_rows", "positive_count", "settings"]
 
 
-def axes(text: str) -> tuple[str, ...]:
-    """Read three coordinates with commas between them."""
-    return tuple(text.split(","))
-
-
-RECORDING: dict[str, dict[str, Any]] = {
-    "--topic": {"metavar": "NAME", "help": "of the scans or clouds, where a bag has several"},
-    "--odometry-topic": {"metavar": "NAME", "help": "of the odometry, where a bag has several"},
-    "--speed": {"type": finite, "metavar": "V", "help": "of the vehicle, m/s, negative when reversing, instead of the "
-                "recorded one"},
-    "--max-speed-age": {"type": finite, "metavar": "S", "help": "older odometry says nothing about the speed, s"},
-    "--rate": {"type": positive, "metavar": "HZ", "help": "frames a second, instead of stamps: clouds, tables"},
-    "--column": {"metavar": "NAME", "help": "of the distances in a table"},
-    "--stamp-column": {"metavar": "NAME", "help": "of the stamps in a table"},
-}  # fmt: skip
-VEHICLE: dict[str, dict[str, Any]] = {
-    "--mount": {"type": finite, "nargs": 3, "metavar": ("X", "Y", "YAW"), "help": "of the sensor on the vehicle, m and "
-                "rad"},
-    "--upside-down": {"action": "store_true", "default": None, "help": "the scanner hangs upside down: its beams run "
-                      "the other way round"},
-    "--outline": {"type": finite, "nargs": 4, "metavar": ("REAR", "FRONT", "RIGHT", "LEFT"), "help": "of the vehicle, "
-                  "m, in its own frame; rear and right are usually negative. With it the vehicle's path is judged"},
-    "--range-min": {"type": finite, "metavar": "M", "help": "readings below this are discarded, m"},
-    "--range-max": {"type": finite, "metavar": "M", "help": "readings beyond this are discarded, m"},
-    "--sensor-height": {"type": finite, "metavar": "M", "help": "of a lidar above the road, m"},
-    "--front-offset": {"type": finite, "metavar": "M", "help": "from a lidar to the bumper, m"},
-    "--axes": {"type": axes, "metavar": "X,Y,Z", "help": "which stored coordinates of a lidar are forward, left and "
-               "up: x,-y,-z for one that hangs upside down, y,-x,z where y is forward; --axes=-y,x,z where the first "
-               "is negative"},
+# Which options of ``LogOptions`` a heading has; what each means is said there.
+GROUPS = {
+    "how it was recorded": ("topic", "odometry_topic", "speed", "max_speed_age", "rate", "column", "stamp_column"),
+    "the vehicle": (
+        "mount", "upside_down", "outline", "range_min", "range_max", "sensor_height", "front_offset", "axes",
+    ),
 }  # fmt: skip
 GATE = {"x": "ahead of the lidar", "y": "to its left", "z": "above it", "intensity": "of points, in the units stored"}
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    for title, options in (("how it was recorded", RECORDING), ("the vehicle", VEHICLE)):
+    described = {setting.name: setting for setting in settings_of(LogOptions)}
+    for title, names in GROUPS.items():
         group = parser.add_argument_group(title)
-        for flag, settings in options.items():
-            group.add_argument(flag, **settings)
+        for name in names:
+            _add_setting(group, described[name])
     gate = parser.add_argument_group("which points of a cloud count")
     for name, what in GATE.items():
         unit = "" if name == "intensity" else ", m"
@@ -79,6 +60,43 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="settings of scanner, gate, criteria and brake, or parameters of the node: the file that ttc-fast node "
         "takes (.toml, .yaml); options win over it",
     )
+
+
+def _add_setting(group: Any, setting: Setting) -> None:
+    """Declare an option for a setting."""
+    kind, text = setting.kind, setting.description
+    how: dict[str, Any]
+    if isinstance(kind, Flag):
+        how = {"action": "store_true", "default": None}
+    elif isinstance(kind, Number):
+        how = {"type": bound if kind.infinite else finite, "metavar": kind.unit.upper()}
+    elif isinstance(kind, Numbers):
+        how = {"type": finite, "nargs": len(kind.names), "metavar": tuple(name.upper() for name in kind.names)}
+    elif isinstance(kind, Texts):
+        how = {"type": lambda text: tuple(text.split(",")), "metavar": "X,Y,Z"}
+        text += f" Write {_flag(setting.name)}=-y,x,z where the first is negative."
+    else:
+        how = {"metavar": "NAME"}
+    group.add_argument(_flag(setting.name), help=text, **how)
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _log_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what was said of the log, checked."""
+    given = {}
+    for setting in settings_of(LogOptions):
+        value = getattr(arguments, setting.name)
+        if value is None:
+            continue
+        try:
+            given[setting.name] = setting.check(value)
+        except ValueError as error:
+            problem = str(error).replace(setting.name, _flag(setting.name), 1)
+            raise CommandError(USAGE, problem) from None
+    return given
 
 
 def add_rows(group: Any) -> None:
@@ -108,15 +126,9 @@ def settings(arguments: argparse.Namespace) -> Settings:
             configuration = replace(configuration, brake=brake)
     except ConfigurationError as error:
         raise CommandError(USAGE, str(error)) from error
-    said = {flag: getattr(arguments, flag[2:].replace("-", "_")) for flag in (*RECORDING, *VEHICLE)}
-    log_options = {
-        flag[2:].replace("-", "_"): tuple(value) if isinstance(value, list) else value
-        for flag, value in said.items()
-        if value is not None
-    }
     bounds = {name: getattr(arguments, f"gate_{name}") for name in GATE}
     gate = {name: (low_high[0], low_high[1]) for name, low_high in bounds.items() if low_high is not None}
-    return Settings(configuration, log_options, gate, criteria)
+    return Settings(configuration, _log_options(arguments), gate, criteria)
 
 
 def _criterion(text: str) -> dict[str, Any]:
