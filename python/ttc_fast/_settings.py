@@ -52,10 +52,11 @@ class Kind:
 
 @dataclass(frozen=True, kw_only=True)
 class Number(Kind):
-    """A number: finite, unless ``infinite`` says that inf is one as well. It is at least ``least``, or above 0."""
+    """A number: above 0, or from ``least`` to ``most``, and finite unless ``infinite`` says that inf is one too."""
 
     positive: bool = False
     least: float | None = None
+    most: float | None = None
     infinite: bool = False
 
     def check(self, name: str, value: Any) -> float:
@@ -64,6 +65,8 @@ class Number(Kind):
             return _validate.not_nan(name, value, self.least, self.unit)
         if self.positive:
             return _validate.positive(name, value, self.unit)
+        if self.least is not None and self.most is not None:
+            return _validate.from_to(name, value, self.least, self.most, self.unit)
         if self.least is not None:
             return _validate.at_least(name, value, self.least, self.reason, unit=self.unit)
         return _validate.finite(name, value)
@@ -89,6 +92,12 @@ class Flag(Kind):
         """Return the value as a bool."""
         return _validate.flag(name, value)
 
+    def read(self, name: str, value: Any) -> bool:
+        """Return the value of a file, where it is called true or false."""
+        if not isinstance(value, bool):
+            raise TypeError(f"{name} must be true or false, got {value!r}")
+        return value
+
 
 @dataclass(frozen=True, kw_only=True)
 class Text(Kind):
@@ -110,12 +119,13 @@ class Choice(Kind):
         return _validate.choice(name, value, self.options, self.reason)
 
     def read(self, name: str, value: Any) -> Any:
-        """Return the option of this name."""
+        """Return the option of this name, or the option itself."""
         by_name = {_plain(option): option for option in self.options}
-        option = by_name.get(value.lower()) if isinstance(value, str) else None
-        if option is None and value not in self.options:
-            _validate.choice(name, value, tuple(by_name), self.reason)
-        return value if option is None else option
+        if isinstance(self.options[0], Enum):
+            if isinstance(value, Enum):
+                return self.check(name, value)
+            value = value.lower() if isinstance(value, str) else value
+        return by_name[_validate.choice(name, value, tuple(by_name), self.reason)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,8 +208,13 @@ class Setting:
         return None if value is None and self.default is None else self.kind.check(self.name, value)
 
     def read(self, value: Any) -> Any:
-        """Return the value of a file or of ROS in its own type, or raise as ``check`` does."""
-        return None if value is None and self.default is None else self.kind.read(self.name, value)
+        """Return the value of a file or of ROS in its own type, or raise as ``check`` does.
+
+        An empty list stands for None, which neither TOML nor ROS has.
+        """
+        if self.default is None and (value is None or (isinstance(value, (list, tuple)) and not value)):
+            return None
+        return self.kind.read(self.name, value)
 
     @property
     def plain_default(self) -> Any:

@@ -56,6 +56,13 @@ def at_least(argument: str, value: Any, least: float, reason: str = "", *, unit:
     return float(value)
 
 
+def from_to(argument: str, value: Any, least: float, most: float, unit: str = "") -> float:
+    """Return ``value`` as a float if it lies from ``least`` to ``most``."""
+    if not least <= number(argument, value) <= most:
+        raise ValueError(f"{argument} must be from {least:g} to {_with_unit(most, unit)}, got {value}")
+    return float(value)
+
+
 def not_nan(argument: str, value: Any, least: float | None = None, unit: str = "") -> float:
     """Return ``value`` as a float if it is a number, inf included, and at least ``least``."""
     result = number(argument, value)

@@ -4,54 +4,57 @@ A TOML file has up to five parts, all optional:
 
 .. code-block:: toml
 
-    [scan]                                  # as ScanTTC names them; the log or message tells the rest
+    [scan]                                  # arguments of ScanTTC; the log or message gives the geometry of the beams
     mount = [0.27, 0.0, 0.0]
     outline = [-0.1, 0.4, -0.15, 0.15]
 
-    [gate]                                  # as Gate names them
+    [gate]                                  # arguments of Gate
     x = [2.0, 40.0]
 
-    [range_rate]                            # as RangeRate names them; here, even empty, it serves without odometry
+    [range_rate]                            # arguments of RangeRate; even an empty table switches it on
 
-    [[criteria]]                            # one for each criterion: its kind, and its own settings
+    [[criteria]]                            # a table for each criterion: its kind, and its own settings
     kind = "SweptPathThreshold"
     threshold = 1.0
 
-    [brake]                                 # as BrakeController names them
+    [brake]                                 # arguments of BrakeController
     trigger = [2, 3]
+
+``ttc_fast._settings`` and the classes themselves describe the settings; a value is checked when it is read.
 """
 
 from __future__ import annotations
 
-import difflib
 import importlib
-import inspect
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import Gate, RangeRate, ScanTTC
+from ttc_fast._settings import GATE, RANGE_RATE, SCAN, hint, settings_of
 from ttc_fast.brake import (
     BrakeController,
-    Command,
     EstimateThreshold,
     IttcThreshold,
     RssDistance,
     StoppingDistance,
     SweptPathThreshold,
 )
+from ttc_fast.brake.settings import BrakeSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping
     from os import PathLike
 
+    from ttc_fast._settings import Setting
     from ttc_fast.brake import Criterion
 
 CRITERIA = {
     kind.__name__: kind
     for kind in (IttcThreshold, SweptPathThreshold, StoppingDistance, RssDistance, EstimateThreshold)
 }
+BRAKE = settings_of(BrakeSettings)
 PARTS = ("scan", "gate", "range_rate", "criteria", "brake")
 
 
@@ -61,18 +64,18 @@ class ConfigurationError(ValueError):
 
 @dataclass(frozen=True)
 class Configuration:
-    """Settings of a brake; what is not set is as it is by default.
+    """Settings of a brake. A setting that is not given has its default.
 
     Attributes
     ----------
     scan : dict
         Arguments of ``ScanTTC``.
     gate : Gate or None
-        Which points of a cloud count.
+        The gate that selects the points of a cloud.
     range_rate : dict or None
         Arguments of ``RangeRate``; None is without one.
     criteria : tuple of criteria or None
-        None are the controller's own.
+        The criteria; None are the defaults of the controller.
     brake : dict
         Other arguments of ``BrakeController``.
 
@@ -92,50 +95,67 @@ class Configuration:
 
     @classmethod
     def of(cls, parts: Mapping[str, Any]) -> Configuration:
-        """Make it from plain values, as a TOML file has them."""
-        _known("the configuration", parts, PARTS)
+        """Make a configuration from plain values, as a TOML file has them.
+
+        Raises
+        ------
+        ConfigurationError
+            If a setting is unknown or cannot be used.
+        """
+        for name in parts:
+            if name not in PARTS:
+                raise ConfigurationError(f"the configuration has no setting {name!r}: {hint(name, PARTS)}")
         gate, rates, criteria = parts.get("gate"), parts.get("range_rate"), parts.get("criteria")
-        brake = dict(
-            _settings("brake", parts.get("brake", {}), BrakeController, but={"criteria", "scan", "path", "range_rate"})
-        )
-        if "when_blind" in brake:
-            brake["when_blind"] = _command(brake["when_blind"])
-        for name in ("trigger", "release"):
-            if isinstance(brake.get(name), list):
-                brake[name] = tuple(brake[name])
         return cls(
-            scan=_settings("scan", parts.get("scan", {}), ScanTTC),
-            gate=None if gate is None else _made("gate", Gate, _settings("gate", gate, Gate)),
-            range_rate=None if rates is None else _settings("range_rate", rates, RangeRate, but={"scan"}),
-            criteria=None if criteria is None else tuple(_criterion(each) for each in criteria),
-            brake=brake,
+            scan=_read("scan", parts.get("scan", {}), SCAN),
+            gate=None if gate is None else _made("gate", Gate, _read("gate", gate, GATE)),
+            range_rate=None if rates is None else _read("range_rate", rates, RANGE_RATE),
+            criteria=None if criteria is None else _criteria(criteria),
+            brake=_read("brake", parts.get("brake", {}), BRAKE),
         )
 
     @classmethod
     def read(cls, path: str | PathLike[str]) -> Configuration:
-        """Make it from a TOML file."""
+        """Make a configuration from a TOML file.
+
+        Raises
+        ------
+        ConfigurationError
+            If the file cannot be read, or a setting in it is unknown or cannot be used.
+        """
+        parts = read_file(path, read_toml)
         try:
-            return cls.of(read_toml(Path(path).read_text(encoding="utf-8")))
-        except OSError as error:
-            raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
-        except UnicodeDecodeError as error:
-            raise ConfigurationError(f"{path}: is not TOML: {error}") from None
-        except ValueError as error:
+            return cls.of(parts)
+        except ConfigurationError as error:
             raise ConfigurationError(f"{path}: {error}") from None
 
-    def scanner(self, **told: Any) -> ScanTTC:
-        """Make the scanner: of what a log or message tells, and what is set, which wins."""
-        scan: ScanTTC = _made("scan", ScanTTC, {**told, **self.scan})
+    def scanner(self, **geometry: Any) -> ScanTTC:
+        """Make the scanner from what a log or message says of it; a configured value wins."""
+        scan: ScanTTC = _made("scan", ScanTTC, {**geometry, **self.scan})
         return scan
 
-    def controller(self, scan: ScanTTC | None = None, path: Any = None, **told: Any) -> BrakeController:
-        """Make the controller that looks with these."""
+    def controller(self, scan: ScanTTC | None = None, path: Any = None, **more: Any) -> BrakeController:
+        """Make the controller with this scan or path and more arguments; a configured value wins."""
         rates = None
         if scan is not None and self.range_rate is not None:
             rates = _made("range_rate", RangeRate, {"scan": scan, **self.range_rate})
-        settings = {"criteria": self.criteria, "scan": scan, "path": path, "range_rate": rates, **told, **self.brake}
+        settings = {"criteria": self.criteria, "scan": scan, "path": path, "range_rate": rates, **more, **self.brake}
         controller: BrakeController = _made("brake", BrakeController, settings)
         return controller
+
+
+def read_file(path: str | PathLike[str], read: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
+    """Return what a reader makes of the text of a file; a ConfigurationError names the file."""
+    try:
+        return read(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(f"{path}: is not UTF-8 text: {error}") from None
+    except RecursionError:
+        raise ConfigurationError(f"{path}: is nested too deeply") from None
+    except ValueError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
 
 
 def read_toml(text: str) -> dict[str, Any]:
@@ -151,45 +171,38 @@ def read_toml(text: str) -> dict[str, Any]:
     return table
 
 
-def _criterion(settings: Any) -> Criterion:
-    kind = settings.get("kind") if isinstance(settings, dict) else None
-    if kind not in CRITERIA:
-        raise ConfigurationError(f"criteria: kind must be one of {', '.join(CRITERIA)}; got {kind!r}")
-    arguments = {name: value for name, value in settings.items() if name != "kind"}
-    criterion: Criterion = _made(kind, CRITERIA[kind], _settings(f"criteria: {kind}", arguments, CRITERIA[kind]))
+def _criteria(tables: Any) -> tuple[Criterion, ...]:
+    if not isinstance(tables, (list, tuple)):
+        raise ConfigurationError(f"criteria must be a list of tables, got {tables!r}")
+    return tuple(map(_criterion, tables))
+
+
+def _criterion(table: Any) -> Criterion:
+    name = table.get("kind") if isinstance(table, dict) else None
+    if not isinstance(name, str) or name not in CRITERIA:
+        raise ConfigurationError(f"criteria: kind must be one of {', '.join(CRITERIA)}; got {name!r}")
+    kind = CRITERIA[name]
+    arguments = {key: value for key, value in table.items() if key != "kind"}
+    criterion: Criterion = _made(name, kind, _read(f"criteria: {name}", arguments, settings_of(kind)))
     return criterion
 
 
-def _settings(part: str, settings: Any, kind: Any, but: Iterable[str] = ()) -> dict[str, Any]:
-    """Return the settings, if they are arguments of ``kind``."""
-    if not isinstance(settings, dict):
-        raise ConfigurationError(f"{part} must be a table of settings, got {settings!r}")
-    _known(part, settings, [name for name in inspect.signature(kind).parameters if name not in but])
-    return settings
-
-
-def _known(part: str, settings: Iterable[str], names: Iterable[str]) -> None:
-    names = list(names)
-    for name in settings:
-        if name not in names:
-            raise ConfigurationError(f"{part} has no setting {name!r}: {hint(name, names)}")
-
-
-def hint(name: str, names: Sequence[str]) -> str:
-    """Say what somebody may have meant who wrote ``name``."""
-    close = difflib.get_close_matches(name, names, 1)
-    return f"did you mean {close[0]}?" if close else f"there are {', '.join(names)}"
+def _read(part: str, table: Any, settings: Iterable[Setting]) -> dict[str, Any]:
+    """Return the values of a table, each as its setting reads it."""
+    if not isinstance(table, dict):
+        raise ConfigurationError(f"{part} must be a table of settings, got {table!r}")
+    by_name = {each.name: each for each in settings}
+    for name in table:
+        if name not in by_name:
+            raise ConfigurationError(f"{part} has no setting {name!r}: {hint(str(name), by_name)}")
+    try:
+        return {name: by_name[name].read(value) for name, value in table.items()}
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(f"{part}: {error}") from None
 
 
 def _made(part: str, kind: Any, settings: Mapping[str, Any]) -> Any:
     try:
         return kind(**settings)
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, OverflowError) as error:
         raise ConfigurationError(f"{part}: {error}") from None
-
-
-def _command(value: Any) -> Any:
-    try:
-        return Command[value.upper()] if isinstance(value, str) else value
-    except KeyError:
-        raise ConfigurationError(f"brake: when_blind must be 'brake' or 'warn', got {value!r}") from None

@@ -120,6 +120,7 @@ class BrakeController:
         when_blind: Command = Command.BRAKE,
     ) -> None:
         self._settings = BrakeSettings(
+            time_increment=time_increment,
             horizon=horizon,
             trigger=trigger,
             release=release,

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
-from ttc_fast._validate import number
 from ttc_fast.brake.scene import Needs, Threats
 from ttc_fast.brake.sight import STANDING, Source, Threat
 from ttc_fast.status import Status
@@ -63,9 +62,7 @@ class ThreatAssessment:
         self._scan_path = None if scan is None else path_of(scan, horizon)
         self._path = path
         self._range_rate = range_rate
-        self._time_increment = number("time_increment", time_increment)
-        if not 0.0 <= self._time_increment <= 1.0:
-            raise ValueError(f"time_increment must be from 0 to 1 s between two beams, got {time_increment}")
+        self._time_increment = float(time_increment)
         self._wants_beams = self._wants_path = True
         self.only_estimates = scan is None and path is None
         """Whether there is nothing to look with but what others estimate."""

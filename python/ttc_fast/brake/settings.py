@@ -26,24 +26,27 @@ class BrakeSettings:
         If a setting is of the wrong type.
     """
 
-    horizon: float = setting(5.0, TIMEOUT, "How far ahead the path of the scan looks.", (0.0, 60.0))
-    trigger: tuple[int, int] = setting((3, 4), Votes(), "How many of how many last frames trigger before it brakes.")
-    release: tuple[int, int] = setting((3, 5), Votes(), "How many of how many last frames are clear before it lets go.")
-    warn_at: float = setting(1.5, WARN_AT, "It warns below this multiple of a threshold.", (1.0, 100.0))
+    time_increment: float = setting(
+        0.0, Number(unit="s", least=0.0, most=1.0), "Time between two beams of a scan, as in a LaserScan message."
+    )
+    horizon: float = setting(5.0, TIMEOUT, "The path of the scan is looked at this far ahead.", (0.0, 60.0))
+    trigger: tuple[int, int] = setting((3, 4), Votes(), "(N, M): it brakes when N of the last M frames trigger.")
+    release: tuple[int, int] = setting((3, 5), Votes(), "(N, M): it lets go when N of the last M frames are clear.")
+    warn_at: float = setting(1.5, WARN_AT, "The controller warns below this multiple of a threshold.", (1.0, 100.0))
     release_at: float = setting(
         1.25, RELEASE_AT, "A frame is clear from this multiple of every threshold.", (1.0, 100.0)
     )
-    hold: float = setting(0.5, SECONDS, "How long it brakes at least after the last frame that triggered.", (0.0, 60.0))
+    hold: float = setting(0.5, SECONDS, "A brake is held this long after the last frame that triggered.", (0.0, 60.0))
     deceleration: float = setting(
-        6.0, Number(unit="m/s^2", positive=True), "The deceleration that a decision to brake asks for.", (0.0, 100.0)
+        6.0, Number(unit="m/s^2", positive=True), "A decision to brake asks for this deceleration.", (0.0, 100.0)
     )
     standstill_speed: float = setting(
         0.05, Number(unit="m/s", least=0.0), "Below this speed the vehicle stands.", (0.0, 10.0)
     )
-    sensor_timeout: float = setting(0.3, TIMEOUT, "The age from which sensor data are too old to be safe.", (0.0, 10.0))
-    motion_timeout: float = setting(0.5, TIMEOUT, "The age from which odometry is not used any more.", (0.0, 10.0))
+    sensor_timeout: float = setting(0.3, TIMEOUT, "Sensor data of this age are too old to be safe.", (0.0, 10.0))
+    motion_timeout: float = setting(0.5, TIMEOUT, "Odometry of this age is not used any more.", (0.0, 10.0))
     min_returns: int = setting(0, Count(), "With fewer valid readings a frame is blind.")
-    when_blind: Command = setting(Command.BRAKE, WHEN_BLIND, "What to do when the sensors do not see: brake or warn.")
+    when_blind: Command = setting(Command.BRAKE, WHEN_BLIND, "What is done when the sensors do not see: brake or warn.")
 
     def __post_init__(self) -> None:
         check_fields(self)

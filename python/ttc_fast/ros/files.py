@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.configuration import PARTS, Configuration, ConfigurationError, read_toml
+from ttc_fast.configuration import PARTS, Configuration, ConfigurationError, read_file, read_toml
 from ttc_fast.ros.settings import NodeSettings, SettingError
 
 if TYPE_CHECKING:
@@ -23,23 +23,21 @@ def read_parameters(path: str | PathLike[str]) -> dict[str, Any]:
     Returns
     -------
     dict
-        By name; for ``NodeSettings.of``.
+        The values by name, for ``NodeSettings.of``.
 
     Raises
     ------
     SettingError
-        If it cannot be read, or is not what its name says.
+        If the file cannot be read, or is not what its name says.
     """
-    path = Path(path)
-    readers = {".toml": read_toml, ".yaml": _yaml, ".yml": _yaml}
-    if path.suffix not in readers:
+    readers = {".toml": read_toml, ".yaml": _read_yaml, ".yml": _read_yaml}
+    suffix = Path(path).suffix
+    if suffix not in readers:
         raise SettingError(f"{path}: must end in .toml, .yaml or .yml, which says how it is to be read")
     try:
-        return readers[path.suffix](path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise SettingError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise SettingError(f"{path}: {error}") from None
+        return read_file(path, readers[suffix])
+    except ConfigurationError as error:
+        raise SettingError(str(error)) from None
 
 
 def read_configuration(path: str | PathLike[str]) -> Configuration:
@@ -48,17 +46,17 @@ def read_configuration(path: str | PathLike[str]) -> Configuration:
     Parameters
     ----------
     path : path
-        As ``read_parameters`` takes it.
+        A file that ends in .toml, .yaml or .yml.
 
     Returns
     -------
     Configuration
-        Of a file that has nothing but its parts, these; else what a node with these parameters brakes by.
+        The parts in a file that has nothing else; otherwise the settings by which a node with these parameters brakes.
 
     Raises
     ------
     ConfigurationError
-        If it cannot be read, or something in it cannot be used.
+        If the file cannot be read, or something in it cannot be used.
     """
     parameters = read_parameters(path)
     parameters.pop("dds", None)
@@ -70,15 +68,16 @@ def read_configuration(path: str | PathLike[str]) -> Configuration:
         raise ConfigurationError(f"{path}: {error}") from None
 
 
-def _yaml(text: str) -> dict[str, Any]:
+def _read_yaml(text: str) -> dict[str, Any]:
+    """Read YAML; a ValueError says what is wrong with it."""
     try:
         import yaml
     except ModuleNotFoundError:
         raise ValueError("needs PyYAML to be read: pip install pyyaml, or write it as TOML") from None
     try:
         table = yaml.safe_load(text) or {}
-    except yaml.YAMLError as error:
-        raise ValueError(f"is not YAML: {error}") from None
+    except (yaml.YAMLError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise ValueError(f"is not YAML: {error}") from None  # PyYAML raises anything over a tag that does not fit
     while isinstance(table, dict) and len(table) == 1 and isinstance(next(iter(table.values())), dict):
         table = next(iter(table.values()))  # ROS 2 puts them below the name of the node, and that below ros__parameters
     if not isinstance(table, dict):

@@ -22,12 +22,12 @@ from ttc_fast import ros_messages
 from ttc_fast.ros import pauses
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.fill import fill_diagnostics, fill_drive, fill_marker
-from ttc_fast.ros.parameters import AT_START, Parameter, parameters
-from ttc_fast.ros.settings import NodeSettings, SettingError
+from ttc_fast.ros.settings import AT_START, NodeSettings, SettingError, parameters_of_node
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from ttc_fast._settings import Setting
     from ttc_fast.ros.outputs import Outputs
 
 SPEEDS = {"nav_msgs/msg/Odometry": Odometry, "std_msgs/msg/Float32": Float32, "std_msgs/msg/Float64": Float64}
@@ -38,8 +38,8 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
 
     def __init__(self, given: Mapping[str, Any] | None = None, name: str = "ttc_fast") -> None:
         super().__init__(name)
-        for each in parameters():
-            self.declare_parameter(each.name, (given or {}).get(each.name, each.default), _descriptor(each))
+        for each in parameters_of_node():
+            self.declare_parameter(each.name, (given or {}).get(each.name, each.plain_default), _descriptor(each))
         settings = NodeSettings.of(self._parameters_now())
         self.core = BrakeNode(settings)
         self.add_on_set_parameters_callback(self._on_parameters)
@@ -66,7 +66,7 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
             self.create_subscription(kind, topic, take, qos_profile_sensor_data)
 
     def _parameters_now(self) -> dict[str, Any]:
-        return {each.name: _plain(self.get_parameter(each.name).value) for each in parameters()}
+        return {each.name: _plain(self.get_parameter(each.name).value) for each in parameters_of_node()}
 
     def _on_parameters(self, changed: Iterable[Any]) -> Any:
         """Go on with changed parameters, or say why not."""
@@ -175,12 +175,10 @@ def main() -> None:
     run()
 
 
-def _descriptor(parameter: Parameter) -> Any:
-    """Describe a parameter. Its type is checked by the settings, which take 1 for 1.0."""
-    ranges = []
-    if parameter.limits is not None:
-        low, high = parameter.limits
-        ranges = [FloatingPointRange(from_value=low, to_value=high)]
+def _descriptor(parameter: Setting) -> Any:
+    """Describe a parameter to ROS. Its type may change there, because the node takes 1 for 1.0."""
+    low_high = parameter.usual
+    ranges = [] if low_high is None else [FloatingPointRange(from_value=low_high[0], to_value=low_high[1])]
     return ParameterDescriptor(description=parameter.description, dynamic_typing=True, floating_point_range=ranges)
 
 

@@ -1,28 +1,38 @@
-"""Parameters of the node, and what a launch file may say about them."""
+"""Parameters of the node. ``NodeSettings`` describes each of them once; ``ttc_fast._settings`` says what follows."""
 
 from __future__ import annotations
 
-import inspect
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.brake import BrakeController, IttcThreshold, StoppingDistance, SweptPathThreshold
-from ttc_fast.configuration import PARTS, Configuration, ConfigurationError, hint
+from ttc_fast._settings import (
+    MOUNT,
+    OUTLINE,
+    POLICY,
+    Choice,
+    Flag,
+    Number,
+    Numbers,
+    Text,
+    Texts,
+    check_fields,
+    hint,
+    setting,
+    settings_of,
+)
+from ttc_fast.brake import IttcThreshold, StoppingDistance, SweptPathThreshold
+from ttc_fast.configuration import BRAKE, PARTS, Configuration, ConfigurationError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from ttc_fast._settings import Setting
     from ttc_fast.brake import Criterion
 
-CRITERIA = ("", "ittc", "swept")
-TOPICS = ("odom_topics",)
 OF_THE_VEHICLE = ("outline", "mount")
-"""Of the table ``scan``, what the node has to know itself."""
-SCALARS = {bool: "true or false", float: "a number", str: "a text"}
-OF_THE_NODE = frozenset({"criteria", "scan", "path", "range_rate", "time_increment"})
-"""Arguments of the controller that the node finds out by itself."""
-OF_THE_CONTROLLER = tuple(name for name in inspect.signature(BrakeController).parameters if name not in OF_THE_NODE)
+"""Settings of the table ``scan`` that are parameters of the node as well."""
+PERIOD = Number(unit="s", positive=True)
 
 
 class SettingError(ConfigurationError):
@@ -31,63 +41,20 @@ class SettingError(ConfigurationError):
 
 @dataclass(frozen=True)
 class NodeSettings:
-    """Parameters of the node, by the names that they have in ROS.
+    """Parameters of the node, by the names that they have in ROS. The fields describe themselves.
 
     Attributes
     ----------
-    min_range, max_range : float
-        The horizon of scans, m: ``limits`` of ``ScanTTC``. Not the sensor's own limits, which the scan tells.
-    limits_policy : str
-        "horizon", or "clamp" for the literal clamping of ranges.
-    ttc_threshold : float
-        Brakes when the TTC is below, s.
-    criterion : str
-        "ittc", "swept", or "" for "swept" where there is an outline, else "ittc".
-    stopping_distance : bool
-        Brakes as well when the vehicle could only just stop.
-    outline : (float, float, float, float) or None
-        (x_rear, x_front, y_right, y_left) of the vehicle in its own frame, m; rear and right usually negative.
-    mount : (float, float, float)
-        (x, y, yaw) of the scanner in the vehicle's frame, m and rad.
-    use_range_rate : bool
-        Whether closing speeds come from the scans when there is no odometry.
-    use_stamps : bool
-        Whether data are as old as their stamps say. False counts them as measured when they came: for clocks that were
-        never set to the same time, and bags that are played without ``--clock``.
-    scan_topic : str
-        LaserScan; "" is none.
-    points_topic : str
-        PointCloud2 in the vehicle's frame; "" is none. Needs an outline.
-    odom_topics : tuple of str
-        Odometry; any of them serves.
-    speed_topic : str
-        Odometry, Float32 or Float64, by the type it has; "" is none. When set it replaces ``odom_topics``.
-    height : (float, float)
-        Which points of a cloud count, z in the vehicle's frame, m.
-    brake_topic : str
-        Bool; "" is not to publish.
-    drive_topic : str
-        AckermannDriveStamped, when it brakes; "" is not to publish.
-    diagnostics_topic : str
-        DiagnosticArray; "" is not to publish.
-    marker_topic : str
-        Marker of the beam or point that decided; "" is not to publish.
-    brake_speed : float
-        What ``drive_topic`` asks for when braking, m/s: 0 is zero throttle, above 0 a reduced speed.
-    drive_always : bool
-        Whether ``drive_topic`` speaks also when it does not brake.
-    base_frame : str
-        The vehicle's frame.
-    watchdog_period : float
-        How often it looks whether data still come, s of wall time.
-    diagnostics_period : float
-        How often ``diagnostics_topic`` speaks, s of wall time.
     brake : dict
         Other arguments of ``BrakeController``; as parameters they have their own names, like ``hold``.
-
     parts : dict
         Tables as ``ttc_fast.configuration`` has them (scan, range_rate, criteria, brake), so that the file of a replay
-        serves the node as well; they win over the parameters. The node has no use for a gate.
+        serves the node as well. They win over the parameters. The node ignores a gate.
+
+    Raises
+    ------
+    SettingError
+        If a node cannot be made with these settings.
 
     Examples
     --------
@@ -97,122 +64,140 @@ class NodeSettings:
     (0.8, {'hold': 1.0})
     """
 
-    min_range: float = 0.0
-    max_range: float = math.inf
-    limits_policy: str = "horizon"
-    ttc_threshold: float = 1.5
-    criterion: str = ""
-    stopping_distance: bool = True
-    outline: tuple[float, float, float, float] | None = None
-    mount: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    use_range_rate: bool = True
-    use_stamps: bool = True
-    scan_topic: str = "/scan"
-    points_topic: str = ""
-    odom_topics: tuple[str, ...] = ("/odom", "/vesc/odom")
-    speed_topic: str = ""
-    height: tuple[float, float] = (0.05, 2.0)
-    brake_topic: str = "/brake_bool"
-    drive_topic: str = "/drive"
-    diagnostics_topic: str = "/diagnostics"
-    marker_topic: str = "/ttc_fast/cause"
-    brake_speed: float = 0.0
-    drive_always: bool = False
-    base_frame: str = "base_link"
-    watchdog_period: float = 0.05
-    diagnostics_period: float = 1.0
+    min_range: float = setting(
+        0.0, Number(unit="m"), "The horizon of scans begins here. A reading below it counts as it is.", (0.0, 1000.0)
+    )
+    max_range: float = setting(
+        math.inf, Number(unit="m", infinite=True), "The horizon of scans ends here. A reading beyond it never counts."
+    )
+    limits_policy: str = setting("horizon", POLICY, "With clamp, readings are moved into the horizon.")
+    ttc_threshold: float = setting(
+        1.5, Number(unit="s", positive=True), "The node brakes when the time-to-collision is below this.", (0.0, 60.0)
+    )
+    criterion: str = setting(
+        "",
+        Choice(options=("ittc", "swept", "")),
+        "ittc judges every beam, swept the path of the outline. Empty is swept where there is an outline, else ittc.",
+    )
+    stopping_distance: bool = setting(True, Flag(), "The node also brakes when the vehicle could only just stop.")
+    outline: tuple[float, float, float, float] | None = setting(
+        None, OUTLINE, "Outline of the vehicle in its own frame: x_rear, x_front, y_right, y_left."
+    )
+    mount: tuple[float, float, float] = setting(
+        (0.0, 0.0, 0.0), MOUNT, "Position and direction of the scanner in the vehicle's frame: x, y, yaw."
+    )
+    use_range_rate: bool = setting(True, Flag(), "Closing speeds come from the scans where there is no odometry.")
+    use_stamps: bool = setting(
+        True, Flag(), "Data are as old as their stamps say; with false, they count as measured when they came."
+    )
+    scan_topic: str = setting("/scan", Text(), "Topic of the LaserScan; empty is none.")
+    points_topic: str = setting(
+        "", Text(), "Topic of the PointCloud2 in the vehicle's frame; empty is none. It needs an outline."
+    )
+    odom_topics: tuple[str, ...] = setting(
+        ("/odom", "/vesc/odom"), Texts(what="names of topics"), "Topics of the Odometry, any of which serves."
+    )
+    speed_topic: str = setting(
+        "", Text(), "Topic of a speed: Odometry, Float32 or Float64. It replaces odom_topics; empty is none."
+    )
+    height: tuple[float, float] = setting(
+        (0.05, 2.0), Numbers(unit="m"), "Points of a cloud between these heights above the vehicle's origin count."
+    )
+    brake_topic: str = setting("/brake_bool", Text(), "Topic of the Bool; empty does not publish it.")
+    drive_topic: str = setting("/drive", Text(), "Topic of the AckermannDriveStamped; empty does not publish it.")
+    diagnostics_topic: str = setting("/diagnostics", Text(), "Topic of the DiagnosticArray; empty does not publish it.")
+    marker_topic: str = setting(
+        "/ttc_fast/cause", Text(), "Topic of the Marker of the beam or point that decided; empty does not publish it."
+    )
+    brake_speed: float = setting(
+        0.0,
+        Number(unit="m/s", least=0.0),
+        "A drive message asks for this speed while it brakes.",
+        (0.0, 100.0),
+    )
+    drive_always: bool = setting(False, Flag(), "Drive messages are published also while the node does not brake.")
+    base_frame: str = setting("base_link", Text(), "Frame of the vehicle, which published messages carry.")
+    watchdog_period: float = setting(
+        0.05, PERIOD, "The watchdog looks this often, in wall time, whether data still come.", (0.001, 10.0)
+    )
+    diagnostics_period: float = setting(1.0, PERIOD, "Diagnostics are published this often.", (0.01, 3600.0))
     brake: dict[str, Any] = field(default_factory=dict)
     parts: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> NodeSettings:
-        """Make them from plain values; those of the controller go by their own names."""
-        own = {each.name: each for each in fields(cls) if each.name not in ("brake", "parts")}
-        known = [*own, *OF_THE_CONTROLLER, *PARTS]
+        """Make settings from plain values, as files and ROS have them; a SettingError says what cannot be used."""
         parts = {name: value for name, value in parameters.items() if name in PARTS}
         scan = parts.get("scan")
-        told = {name: scan[name] for name in OF_THE_VEHICLE if name in scan} if isinstance(scan, dict) else {}
-        mine: dict[str, Any] = {}
-        brake: dict[str, Any] = {}
-        for name, value in {**parameters, **told}.items():
-            if name in own:
-                mine[name] = tuple(value) if isinstance(value, list) else value
-                if name == "outline" and value is not None and len(value) == 0:
-                    mine[name] = None  # a parameter of ROS 2 cannot be None
-            elif name in OF_THE_CONTROLLER:
-                brake[name] = value
+        vehicle = {name: scan[name] for name in OF_THE_VEHICLE if name in scan} if isinstance(scan, dict) else {}
+        by_name = {each.name: each for each in parameters_of_node()}
+        read: dict[str, Any] = {}
+        for name, value in {**parameters, **vehicle}.items():
+            if name in by_name:
+                try:
+                    read[name] = by_name[name].read(value)
+                except (TypeError, ValueError) as error:
+                    raise SettingError(str(error)) from None
             elif name not in PARTS:
-                raise SettingError(f"there is no parameter {name!r}: {hint(name, known)}")
-        return cls(**mine, brake=brake, parts=parts).checked()
+                raise SettingError(f"there is no parameter {name!r}: {hint(str(name), (*by_name, *PARTS))}")
+        brake = {each.name: read.pop(each.name) for each in BRAKE if each.name in read}
+        return cls(**read, brake=brake, parts=parts)
 
-    def checked(self) -> NodeSettings:
-        """Return these, if a node can be made of them."""
-        for each in fields(self):
-            _check_type(each.name, getattr(self, each.name), each.default)
-        if self.criterion not in CRITERIA:
-            raise SettingError(f"criterion must be 'ittc', 'swept' or '' for either, got {self.criterion!r}")
-        for name in ("ttc_threshold", "watchdog_period", "diagnostics_period"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise SettingError(f"{name} must be finite and above 0 s, got {getattr(self, name)}")
-        if not 0.0 <= self.brake_speed < math.inf:
-            raise SettingError(f"brake_speed must be finite and at least 0 m/s, got {self.brake_speed}")
-        if self.criterion == "swept" and not self.outline:
-            raise SettingError("criterion 'swept' needs an outline: (x_rear, x_front, y_right, y_left), m")
-        if self.points_topic and not self.outline:
-            raise SettingError("points_topic needs an outline: (x_rear, x_front, y_right, y_left), m")
-        if self.points_topic and self.criterion == "ittc":
-            raise SettingError("criterion 'ittc' judges beams, and points_topic is set: use 'swept', or leave it out")
-        if not (self.scan_topic or self.points_topic):
-            raise SettingError("scan_topic or points_topic must be set: without either there is nothing to look with")
+    def __post_init__(self) -> None:
         try:
+            check_fields(self)
+            if self.criterion == "swept" and not self.outline:
+                raise ValueError("criterion 'swept' needs an outline: (x_rear, x_front, y_right, y_left), m")
+            if self.points_topic and not self.outline:
+                raise ValueError("points_topic needs an outline: (x_rear, x_front, y_right, y_left), m")
+            if self.points_topic and self.criterion == "ittc":
+                raise ValueError("criterion 'ittc' judges beams, and points_topic is set: use 'swept', or leave it out")
+            if not (self.scan_topic or self.points_topic):
+                raise ValueError("scan_topic or points_topic must be set: without either there is nothing to look with")
             settings = self.configuration()
             settings.controller(settings.scanner(angle_min=0.0, angle_increment=0.1, beams=2))
         except (ValueError, TypeError) as error:
             raise SettingError(str(error)) from None
-        return self
 
     def configuration(self) -> Configuration:
-        """Return the same as settings of scanner and controller."""
-        scan: dict[str, Any] = {"limits": [self.min_range, self.max_range], "limits_policy": self.limits_policy}
-        scan |= {name: list(getattr(self, name)) for name in OF_THE_VEHICLE if any(getattr(self, name) or ())}
-        settings, parts = Configuration.of({"scan": scan, "brake": self.brake}), Configuration.of(self.parts)
+        """Return the settings of the scanner and the controller."""
+        scan: dict[str, Any] = {"limits": (self.min_range, self.max_range), "limits_policy": self.limits_policy}
+        scan |= {name: getattr(self, name) for name in OF_THE_VEHICLE if any(getattr(self, name) or ())}
+        parts = Configuration.of(self.parts)
         rates: dict[str, Any] | None = {} if self.use_range_rate else None
         return Configuration(
-            scan={**settings.scan, **parts.scan},
+            scan={**scan, **parts.scan},
             gate=parts.gate,
             range_rate=rates if parts.range_rate is None else parts.range_rate,
             criteria=parts.criteria or self.criteria(),
-            brake={**settings.brake, **parts.brake},
+            brake={**self.brake, **parts.brake},
         )
 
     def criteria(self) -> tuple[Criterion, ...]:
-        """Return what brakes."""
+        """Return the criteria that the parameters name."""
         swept = self.criterion == "swept" or (not self.criterion and bool(self.outline))
         first: Criterion = (SweptPathThreshold if swept else IttcThreshold)(self.ttc_threshold)
-        return (first, StoppingDistance(**self._braking())) if self.stopping_distance else (first,)
-
-    def _braking(self) -> dict[str, float]:
-        return {"deceleration": self.brake["deceleration"]} if "deceleration" in self.brake else {}
+        braking = {name: self.brake[name] for name in ("deceleration",) if name in self.brake}
+        return (first, StoppingDistance(**braking)) if self.stopping_distance else (first,)
 
 
-def _check_type(name: str, value: Any, default: Any) -> None:
-    """Refuse a parameter of another type than its default's."""
-    kind: type = tuple if name == "outline" else type(default)
-    if kind is tuple:
-        if name == "outline" and value is None:
-            return
-        element = str if name in TOPICS else float
-        wanted = "names of topics" if element is str else "numbers"
-        if not isinstance(value, tuple) or not all(_is(element, each) for each in value):
-            raise SettingError(f"{name} must be a list of {wanted}, got {value!r}")
-        length = {"height": 2, "mount": 3, "outline": 4}.get(name, len(value))
-        if len(value) != length:
-            raise SettingError(f"{name} must be {length} numbers, got {value!r}")
-    elif kind in SCALARS and not _is(kind, value):
-        raise SettingError(f"{name} must be {SCALARS[kind]}, got {value!r}")
+def parameters_of_node() -> tuple[Setting, ...]:
+    """Return the description of every parameter: those of the node, and those of the controller.
+
+    Examples
+    --------
+    >>> from ttc_fast.ros.settings import parameters_of_node
+    >>> hold = next(each for each in parameters_of_node() if each.name == "hold")
+    >>> hold.default, hold.usual
+    (0.5, (0.0, 60.0))
+    >>> hold.description
+    'A brake is held this long after the last frame that triggered (s, default 0.5).'
+    """
+    # The node takes the time between two beams from each scan.
+    return (*settings_of(NodeSettings), *(each for each in BRAKE if each.name != "time_increment"))
 
 
-def _is(kind: type, value: Any) -> bool:
-    if kind is float:
-        return isinstance(value, (int, float)) and not isinstance(value, bool)
-    return isinstance(value, kind)
+AT_START = frozenset(
+    each.name for each in settings_of(NodeSettings) if "_topic" in each.name or each.name.endswith("_period")
+)
+"""Parameters that are read when the node starts, and cannot be changed later."""

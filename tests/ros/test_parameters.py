@@ -12,8 +12,7 @@ import pytest
 from ttc_fast.cli import main
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.files import read_parameters
-from ttc_fast.ros.parameters import parameters
-from ttc_fast.ros.settings import NodeSettings, SettingError
+from ttc_fast.ros.settings import NodeSettings, SettingError, parameters_of_node
 
 OUTLINE = [-0.1, 0.4, -0.15, 0.15]
 
@@ -58,13 +57,13 @@ def test_integers_are_numbers() -> None:
 
 
 def test_every_parameter_has_a_default_that_is_accepted() -> None:
-    NodeSettings.of({each.name: each.default for each in parameters()})
+    NodeSettings.of({each.name: each.plain_default for each in parameters_of_node()})
 
 
-@pytest.mark.parametrize("name", [each.name for each in parameters()])
+@pytest.mark.parametrize("name", [each.name for each in parameters_of_node()])
 def test_ranges_hold_their_defaults(name: str) -> None:
-    [each] = [each for each in parameters() if each.name == name]
-    assert each.limits is None or each.limits[0] <= each.default <= each.limits[1]
+    [each] = [each for each in parameters_of_node() if each.name == name]
+    assert each.usual is None or each.usual[0] <= each.default <= each.usual[1]
 
 
 TOML = 'ttc_threshold = 0.8\noutline = [-0.1, 0.4, -0.15, 0.15]\nwhen_blind = "warn"\n'
