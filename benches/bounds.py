@@ -43,19 +43,19 @@ def report() -> Report:
     calls = {name: _best(expression, _NAMES) for name, expression in CALLS.items()}
     rows = [[name, time_of(ns), ""] for name, ns in calls.items()]
     for name, nbytes in READS.items() if native.AVAILABLE else ():
-        for what, contestant, moved in (
+        for what, bare, moved in (
             ("read", native.bare_read(nbytes), nbytes),
             ("copy", native.bare_copy(nbytes), 2 * nbytes),
         ):
             data = np.ones(nbytes, np.uint8)
-            names = {**contestant.names, contestant.argument: native.address(data)}
-            ns = _best(contestant.expression, names)
+            names = {**bare.names, bare.argument: native.address(data)}
+            ns = _best(bare.expression, names)
             rows.append([f"bare {what} of {name}", time_of(ns), f"{moved / (ns - calls[NOTHING]):.3g}"])
     return Report("What bounds them", LEGEND, ["", "time", "GB/s"], rows)
 
 
 def _best(expression: str, names: dict[str, Any]) -> float:
-    """Of so many repeats, ns."""
+    """Return the least time of a call of all repeats, ns."""
     timer = timeit.Timer(expression, globals=names)
     calls = max(1, int(5e-3 / (timer.timeit(10) / 10 + 1e-9)))
     return min(timer.repeat(REPEATS, calls)) / calls * 1e9

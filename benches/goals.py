@@ -8,19 +8,16 @@ from typing import TYPE_CHECKING
 
 from rich.progress import track
 
-from benches import bounds, latency, levels, machine
-from benches.clouds import street
-from benches.shortfalls import why
+from benches import bounds, latency, levels, machine, street
+from benches.cases import CASES
 from benches.timing import interleaved
-from benches.wanted import GROUPS, LEVELLED, LEVELS
 from evaluation.report import Report, console, number, time_of, write_into
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
-    from benches.case import Entrant
-    from benches.goal import Goal
-
+LEVEL_LIMITS = {"avx2": 1.8, "baseline": 4}
+"""How many times the time at the highest level a lower one may take."""
 LEGEND = (
     "Medians of whole Python calls, one thread, each pair in turns in one process (levels: one process each, in turns, "
     "the best of three medians), each answer checked before. ≥: how many times as long the other one takes. ≤: how "
@@ -46,39 +43,53 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def goals(rounds: int) -> tuple[Report, list[str]]:
-    """The table, and each reason with the rows that fall short for it."""
-    rows: list[list[str]] = []
-    shortfalls: dict[str, list[str]] = {}
-    for goal, times in _measured(rounds):
-        ratio = goal.ratio(times)
-        rows.append(_row(goal, times, ratio))
-        if ratio is not None and not goal.is_met(ratio):
-            short = f"{goal.ours.case} beside {goal.who} ({number(ratio)}, goal {goal.wanted})"
-            shortfalls.setdefault(why(goal), []).append(short)
-    table = Report("Goals", LEGEND, ["call", "", "time", "beside", "time", "goal", "ratio", "met"], rows)
-    return table, [f"**{'; '.join(short)}.** {reason}" for reason, short in shortfalls.items()]
+    """Return the table, and each reason with the rows that fall short for it."""
+    rows, shortfalls = [], dict[str, list[str]]()
+    for case, name, ours, who, theirs, wanted, ratio, is_met, why in (*_of_cases(rounds), *_of_levels()):
+        times = [time_of(ns) if ns else "" for ns in (ours, theirs)]
+        result = ["", "not measured"] if ratio is None else [number(ratio), "yes" if is_met else "**no**"]
+        rows.append([case, name, times[0], who, times[1], wanted, *result])
+        if ratio is not None and not is_met:
+            shortfalls.setdefault(why, []).append(f"{case} beside {who} ({number(ratio)}, goal {wanted})")
+    header = ["call", "", "time", "beside", "time", "goal", "ratio", "met"]
+    return Report("Goals", LEGEND, header, rows), [
+        f"**{'; '.join(short)}.** {reason or 'Not explained yet.'}" for reason, short in shortfalls.items()
+    ]
 
 
-def _measured(rounds: int) -> list[tuple[Goal, Mapping[Entrant, float]]]:
-    """Each goal with the times of the run that it was part of."""
-    measured: list[tuple[Goal, Mapping[Entrant, float]]] = []
-    for group in track(GROUPS, description="goals", transient=True):
-        entrants = dict.fromkeys(entrant for goal in group for entrant in (goal.ours, goal.other) if entrant.exists)
-        times = interleaved(list(entrants), rounds)
-        measured += [(goal, times) for goal in group]
-    times = levels.measure(LEVELLED)
-    return [*measured, *((goal, times) for goal in LEVELS)]
+_Row = tuple[str, str, float, str, float, str, "float | None", bool, str]
+"""Case, whose time, its time (ns; 0 where it was not measured), beside whom, the time of that, the goal, the ratio of
+the times (None where one is missing), whether the goal is met, and why not."""
 
 
-def _row(goal: Goal, times: Mapping[Entrant, float], ratio: float | None) -> list[str]:
-    ours, other = (time_of(times[who]) if who in times else "" for who in (goal.ours, goal.other))
-    result = ["", "not measured"] if ratio is None else [number(ratio), "yes" if goal.is_met(ratio) else "**no**"]
-    return [str(goal.ours.case), goal.ours.name, ours, goal.who, other, goal.wanted, *result]
+def _of_cases(rounds: int) -> Iterator[_Row]:
+    """Measure everyone whom a case's goals are about together, in turns."""
+    for case in track([case for case in CASES if case.goals], description="goals", transient=True):
+        pairs = [((case, goal.ours), (goal.other or case, goal.beside)) for goal in case.goals]
+        everyone = dict.fromkeys(each for pair in pairs for each in pair if each[1] in each[0].implementations)
+        times = interleaved(list(everyone), rounds)
+        for goal, pair in zip(case.goals, pairs, strict=True):
+            ours, theirs = (times.get(each, 0.0) for each in pair)
+            ratio = goal.ratio(ours, theirs) if ours and theirs else None
+            is_met = ratio is not None and goal.is_met(ratio)
+            yield str(case), goal.ours, ours, goal.who, theirs, goal.wanted, ratio, is_met, goal.why or case.why
+
+
+def _of_levels() -> Iterator[_Row]:
+    """Measure the lower instruction-set levels beside the highest."""
+    names = [str(case) for case in CASES if case.by_level]
+    times = levels.measure(names)
+    for level, limit in LEVEL_LIMITS.items():
+        for name in names:
+            ours, theirs = (times.get((name, each), 0.0) for each in (level, "avx512"))
+            ratio = ours / theirs if ours and theirs else None
+            is_met = ratio is not None and ratio <= limit
+            yield name, level, ours, "AVX-512", theirs, f"≤ {limit:g}", ratio, is_met, ""
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benches.goals", description=__doc__)
-    parser.add_argument("--rounds", type=int, default=101, help="turns of everybody, if time allows (%(default)s)")
+    parser.add_argument("--rounds", type=int, default=101, help="turns of everyone, if time allows (%(default)s)")
     parser.add_argument("--calls", type=int, default=1_000_000, help="single calls back to back (%(default)s)")
     parser.add_argument("--markdown", type=Path, metavar="FILE", help="put the tables between the marks there")
     return parser

@@ -10,12 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benches import machine
-from benches.case import Case, Entrant
-from benches.clouds import cases as clouds
-from benches.clouds.street import FRAME
-from benches.contestant import Contestant
-from benches.scans import jobs
-from benches.scans.cases import Case as Scan
+from benches.case import OURS, Case, Implementation
+from benches.cases import BY_NAME
 from benches.timing import no_collection
 from evaluation.report import Report, time_of
 
@@ -24,7 +20,7 @@ if TYPE_CHECKING:
 
 PERIOD_NS = 1_000_000
 PACED_CALLS, COLD_CALLS = 10_000, 500
-CASES: list[Case] = [Scan(jobs.MIN, 1080), Scan(jobs.NEAREST, 1080), clouds.KTH[FRAME]]
+CASES = ("min 1080 float32", "nearest 1080 float32", "KthSmallest(k=20) 114k float32")
 LEGEND = (
     "Single calls. Paced: at 1 kHz, asleep in between. Cold: after reading more memory than the caches hold. Each with "
     "what reading the clock takes (the row of the clock), and with whatever else the machine does."
@@ -42,30 +38,32 @@ _BACK_TO_BACK = _TEMPLATE.replace("        before()\n", "")
 
 
 def report(calls: int) -> Report:
-    """Quantiles of ``calls`` calls back to back, and of fewer that are paced or cold."""
+    """Return quantiles of ``calls`` calls back to back, and of fewer that are paced or cold."""
     rows = []
-    for case in CASES:
-        contestant = Entrant(case, "ttc_fast").checked()
+    for case in map(BY_NAME.__getitem__, CASES):
+        ours = case.checked(OURS)
         many = calls if case.nbytes < 1 << 20 else calls // 100
-        for who in (contestant, Contestant("the clock", "None", {})):
-            rows.append(_row(case, who, "back to back", _samples(case, who, many)))
-        rows.append(_row(case, contestant, "1 kHz", _samples(case, contestant, PACED_CALLS, _paced())))
-        rows.append(_row(case, contestant, "cold", _samples(case, contestant, COLD_CALLS, _evict())))
+        rows += [
+            _row(case, OURS, "back to back", _samples(case, ours, many)),
+            _row(case, "the clock", "back to back", _samples(case, Implementation("None", {}), many)),
+            _row(case, OURS, "1 kHz", _samples(case, ours, PACED_CALLS, _paced())),
+            _row(case, OURS, "cold", _samples(case, ours, COLD_CALLS, _evict())),
+        ]
     return Report("Latency", LEGEND, ["call", "", "", "calls", "p50", "p99", "p99.9", "max"], rows)
 
 
-def _samples(case: Case, contestant: Contestant, calls: int, before: Callable[[], Any] | None = None) -> Any:
-    """Time of each call, ns."""
+def _samples(case: Case, who: Implementation, calls: int, before: Callable[[], Any] | None = None) -> Any:
+    """Return the time of each call, ns."""
     samples = np.empty(calls, np.int64)
     template = _BACK_TO_BACK if before is None else _TEMPLATE
-    timed = contestant.compiled(template, clock=perf_counter_ns, before=before)
+    timed = who.compiled(template, clock=perf_counter_ns, before=before)
     with no_collection():
-        timed(samples, islice(cycle(case.pool()), calls))
+        timed(samples, islice(cycle(case.inputs()), calls))
     return samples
 
 
 def _paced() -> Callable[[], None]:
-    """Sleeps until the next period begins."""
+    """Return a function that sleeps until the next period begins."""
     due = perf_counter_ns()
 
     def wait() -> None:
@@ -77,11 +75,11 @@ def _paced() -> Callable[[], None]:
 
 
 def _evict() -> Callable[[], Any]:
-    """Reads twice as much as the largest cache holds."""
+    """Return a function that reads twice as much as the largest cache holds."""
     memory = np.ones(2 * max(machine.caches().values(), default=1 << 25) // 8, np.uint64)
     return lambda: np.bitwise_or.reduce(memory)
 
 
-def _row(case: Case, contestant: Contestant, how: str, samples: Any) -> list[str]:
+def _row(case: Case, name: str, how: str, samples: Any) -> list[str]:
     quantiles = np.quantile(samples, (0.5, 0.99, 0.999, 1.0))
-    return [str(case), contestant.name, how, str(len(samples)), *(time_of(quantile) for quantile in quantiles)]
+    return [str(case), name, how, str(len(samples)), *(time_of(quantile) for quantile in quantiles)]

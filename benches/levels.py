@@ -12,9 +12,8 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 import ttc_fast
-from benches.case import Case, Entrant
-from benches.clouds.cases import CASES as CLOUDS
-from benches.scans.cases import CASES as SCANS
+from benches.case import OURS
+from benches.cases import BY_NAME
 from benches.timing import interleaved
 
 if TYPE_CHECKING:
@@ -24,22 +23,21 @@ LEVELS = ("avx512", "avx2", "baseline")
 TURNS, ROUNDS = 3, 31
 
 
-def measure(cases: Sequence[Case]) -> dict[Entrant, float]:
-    """The best of ``TURNS`` medians of each case, ns, for a contestant named after the level."""
-    best: dict[Entrant, float] = {}
+def measure(names: Sequence[str]) -> dict[tuple[str, str], float]:
+    """Return the best of ``TURNS`` medians, ns, by the name of the case and the level."""
+    best: dict[tuple[str, str], float] = {}
     for _ in range(TURNS):
         for level in LEVELS:
-            times = _process(level, cases)
+            times = _process(level, names)
             if times.pop("level") != level:
                 continue  # this processor does not have it
-            for case in cases:
-                entrant = Entrant(case, level)
-                best[entrant] = min(best.get(entrant, float("inf")), times[str(case)])
+            for name, ns in times.items():
+                best[name, level] = min(best.get((name, level), float("inf")), ns)
     return best
 
 
-def _process(level: str, cases: Sequence[Case]) -> dict[str, Any]:
-    command = [sys.executable, "-m", "benches.levels", *map(str, cases)]
+def _process(level: str, names: Sequence[str]) -> dict[str, Any]:
+    command = [sys.executable, "-m", "benches.levels", *names]
     done = subprocess.run(command, env={**os.environ, "TTC_FAST_SIMD": level}, check=True, capture_output=True)
     times: dict[str, Any] = json.loads(done.stdout)
     return times
@@ -47,10 +45,8 @@ def _process(level: str, cases: Sequence[Case]) -> dict[str, Any]:
 
 def main(names: Sequence[str]) -> None:
     """Measure and print."""
-    cases: list[Case] = [*SCANS, *CLOUDS]
-    named = {str(case): case for case in cases}
-    times = interleaved([Entrant(named[name], "ttc_fast") for name in names], ROUNDS)
-    print(json.dumps({"level": ttc_fast.SIMD_LEVEL, **{str(entrant.case): ns for entrant, ns in times.items()}}))
+    times = interleaved([(BY_NAME[name], OURS) for name in names], ROUNDS)
+    print(json.dumps({"level": ttc_fast.SIMD_LEVEL, **{str(case): ns for (case, _), ns in times.items()}}))
 
 
 if __name__ == "__main__":

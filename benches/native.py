@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benches.contestant import Contestant
+from benches.case import Implementation
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
 COMMAND = ("g++", "-O3", "-march=native", "-shared", "-fPIC")
@@ -24,7 +26,7 @@ AVAILABLE = shutil.which(COMMAND[0]) is not None
 
 @lru_cache(maxsize=1)
 def library() -> ctypes.CDLL:
-    """Compile and load it."""
+    """Compile and load ``native.cpp``."""
     with tempfile.TemporaryDirectory() as folder:
         built = Path(folder) / "native.so"
         subprocess.run([*COMMAND, str(Path(__file__).with_suffix(".cpp")), "-o", str(built)], check=True)
@@ -38,25 +40,32 @@ def library() -> ctypes.CDLL:
     return native
 
 
-def bare_read(nbytes: int) -> Contestant:
-    """Reads every byte of an input, and does next to nothing else."""
+def bare(nbytes: int, *, copies: bool = False) -> dict[str, Callable[[], Implementation]]:
+    """Return the bare read of an input, or its bare copy, by name; nothing without a compiler."""
+    if not AVAILABLE:
+        return {}
+    return {COPY: lambda: bare_copy(nbytes)} if copies else {READ: lambda: bare_read(nbytes)}
+
+
+def bare_read(nbytes: int) -> Implementation:
+    """Read every byte of an input, and do next to nothing else."""
     names = {"bare_read": library().bare_read, "nbytes": nbytes}
-    return Contestant(READ, "bare_read(ranges, nbytes)", names, prepare=address, verify=_is_every_byte)
+    return Implementation("bare_read(ranges, nbytes)", names, prepare=address, verify=_is_every_byte)
 
 
-def bare_copy(nbytes: int) -> Contestant:
-    """Reads every byte of an input and writes as many."""
+def bare_copy(nbytes: int) -> Implementation:
+    """Read every byte of an input and write as many."""
     out = np.empty(nbytes, np.uint8)
 
     def is_copy(data: NDArray[Any], _: Any) -> bool:
         return data.tobytes() == out.tobytes()
 
     names = {"copy": library().copy, "out": address(out), "nbytes": nbytes}
-    return Contestant(COPY, "copy(ranges, out, nbytes)", names, prepare=address, verify=is_copy)
+    return Implementation("copy(ranges, out, nbytes)", names, prepare=address, verify=is_copy)
 
 
 def address(array: NDArray[Any]) -> int:
-    """Where a contiguous array begins."""
+    """Return where a contiguous array begins."""
     assert array.flags.c_contiguous
     return array.ctypes.data
 

@@ -1,4 +1,4 @@
-"""Clocks."""
+"""How times are taken: in turns, so that whatever else the machine does hits everyone alike."""
 
 from __future__ import annotations
 
@@ -13,12 +13,11 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from benches.case import Case, Entrant
-    from benches.contestant import Contestant
+    from benches.case import Case, Implementation
 
 SLICE_NS = 500_000
-"""About how long each contestant works before the next one's turn. Well below what schedulers give at once, so that on
-a busy machine the median turn is one without an interruption, for slow contestants too."""
+"""How long an implementation works, about, before the turn of the next. It is well below what schedulers give at once,
+so that on a busy machine the median turn is one without an interruption, for slow implementations too."""
 BUDGET_NS = 2_000_000_000
 FEWEST_ROUNDS = 7
 
@@ -34,35 +33,34 @@ def timed():
 """
 
 
-def interleaved(entrants: Sequence[Entrant], rounds: int) -> dict[Entrant, float]:
-    """Median time of a call of each, ns, over rounds in which each has its turn, after its answers were checked.
+def interleaved(timed: Sequence[tuple[Case, str]], rounds: int) -> dict[tuple[Case, str], float]:
+    """Return the median time of a call, ns, of each implementation of a case, after its answers were checked.
 
-    ``rounds`` of them, or as many as ``BUDGET_NS`` allows, but at least ``FEWEST_ROUNDS``.
+    All of them take turns in ``rounds`` rounds, or as many as ``BUDGET_NS`` allows, but at least ``FEWEST_ROUNDS``.
     """
     times: list[list[float]] = []
-    contestants = [entrant.checked() for entrant in entrants]
+    checked = [case.checked(name) for case, name in timed]
     with no_collection():
-        stints = [_Stint(entrant.case, who) for entrant, who in zip(entrants, contestants, strict=True)]
+        stints = [_Stint(case, implementation) for (case, _), implementation in zip(timed, checked, strict=True)]
         start = perf_counter_ns()
         while len(times) < rounds and (len(times) < FEWEST_ROUNDS or perf_counter_ns() - start < BUDGET_NS):
             times.append([stint.work() for stint in stints])
-    medians = np.median(times, axis=0)
-    return {entrant: float(median) for entrant, median in zip(entrants, medians, strict=True)}
+    return {key: float(median) for key, median in zip(timed, np.median(times, axis=0), strict=True)}
 
 
-def one_call(case: Case, contestant: Contestant) -> Callable[[], None]:
-    """A function that asks about the next input; for clocks that are not ours."""
-    inputs = [contestant.prepare(data) for data in case.pool()]
-    return contestant.compiled(_ONE_CALL, turn=cycle(inputs).__next__)
+def one_call(case: Case, implementation: Implementation) -> Callable[[], None]:
+    """Return a function that asks about the next input, for the clock of pytest-benchmark."""
+    inputs = [implementation.prepare(data) for data in case.inputs()]
+    return implementation.compiled(_ONE_CALL, turn=cycle(inputs).__next__)
 
 
 class _Stint:
-    """What one contestant does in a turn: as many calls as fill the slice, on inputs that come round again."""
+    """What one implementation does in a turn: as many calls as fill the slice, on inputs that come round again."""
 
-    def __init__(self, case: Case, contestant: Contestant) -> None:
-        self._timed = contestant.compiled(_THROUGHPUT)
-        self._pool = case.pool()  # kept: what is prepared may be no more than a pointer
-        self._inputs = [contestant.prepare(data) for data in self._pool]
+    def __init__(self, case: Case, implementation: Implementation) -> None:
+        self._timed = implementation.compiled(_THROUGHPUT)
+        self._pool = case.inputs()  # kept: what is prepared may be no more than a pointer
+        self._inputs = [implementation.prepare(data) for data in self._pool]
         self._turns = cycle(self._inputs)
         self._calls = 1
         while (elapsed := self.work() * self._calls) < SLICE_NS / 2:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from benches.clouds.by_numpy import mask
-from benches.clouds.street import X, Y, Z
+from benches.by_numpy import mask
+from benches.street import X, Y, Z
 
 
 def _imported(name: str) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from benches.scans.car import MIN_CLOSING_SPEED, RANGE_MAX, RANGE_MIN
+from benches.car import MIN_CLOSING_SPEED, RANGE_MAX, RANGE_MIN
 
 
 @numba.njit(error_model="numpy")

@@ -1,0 +1,126 @@
+"""``ttc_from_keypoints``: the scale of matched keypoints, and who finds it."""
+
+from __future__ import annotations
+
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import ttc_fast
+from benches import by_numpy
+from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation, within
+from ttc_fast import Consensus, LeastSquares, MedianRatio, reference
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+SOURCE = (
+    "a car 150 px wide and high that grows by a hundredth, with 0.4 px of noise; about three of ten pairs are 100 px "
+    "apart"
+)
+LEAST = 100.0
+"""The least distance of a pair that counts, px."""
+POOL = 2
+HALF = (
+    "Half of it is the pass over all pairs; the other half are samples, the few hundred ratios that are decided "
+    "one by one, and the call, which do not shrink as the pairs do."
+)
+ALIKE = (
+    "Ratios that are the same, or differ in their last digits only, have to be computed in float64 for every pair, "
+    "which takes several times a comparison in float32."
+)
+
+
+def _noisy(random: np.random.Generator, count: int) -> tuple[Any, Any]:
+    before = random.uniform((550.0, 180.0), (700.0, 330.0), (count, 2))
+    return before, (before - 600.0) * 1.01 + 600.0 + random.normal(0.0, 0.4, (count, 2))
+
+
+def _on_pixels(random: np.random.Generator, count: int) -> tuple[Any, Any]:
+    before, now = _noisy(random, count)
+    return np.round(before), np.round(now)
+
+
+def _almost_equal(random: np.random.Generator, count: int) -> tuple[Any, Any]:
+    before, _ = _noisy(random, count)
+    return before, before * 1.01
+
+
+def _equal(random: np.random.Generator, count: int) -> tuple[Any, Any]:
+    before, _ = _noisy(random, count)
+    return before, before * 2.0
+
+
+def _near(random: np.random.Generator, count: int) -> tuple[Any, Any]:
+    before, now = _noisy(random, count)
+    return before, now * 0.4
+
+
+KINDS = {
+    "noisy": _noisy,
+    "on pixels": _on_pixels,
+    "ratios almost equal": _almost_equal,
+    "ratios equal": _equal,
+    "hardly a pair counts": _near,
+}
+
+
+@lru_cache(maxsize=8)
+def _matches(count: int, dtype: str, kind: str) -> list[Any]:
+    random = np.random.default_rng(2026)
+    return [tuple(array.astype(dtype) for array in KINDS[kind](random, count)) for _ in range(POOL)]
+
+
+@lru_cache(maxsize=64)
+def _scales(estimator: Any, count: int, dtype: str, kind: str) -> list[float]:
+    """Return the scales by the reference."""
+    specified: Any = reference.ttc_from_keypoints
+    return [specified(*each, 0.1, estimator=estimator).scale for each in _matches(count, dtype, kind)]
+
+
+def _case(estimator: Any, count: int, *goals: Goal, dtype: str = "float32", kind: str = "noisy") -> Case:
+    own = {"estimator": estimator, "least": LEAST}
+
+    def made(expression: str, module: Any) -> Implementation:
+        return Implementation(expression, {**vars(module), **own}, "matches")
+
+    def compare(implementation: Implementation, inputs: Sequence[Any]) -> None:
+        """Hold every scale to that of the reference: a median of the library to the bit."""
+        for matches, expected in zip(inputs, _scales(estimator, count, dtype, kind), strict=True):
+            answer = implementation.answer(matches)
+            ours = hasattr(answer, "scale")
+            rtol = 0.0 if ours and isinstance(estimator, MedianRatio) else 1e-12 if ours else 1e-6
+            scale = getattr(answer, "scale", answer)
+            np.testing.assert_allclose(scale, expected, rtol, err_msg=f"{implementation} is wrong")
+
+    library = "ttc_from_keypoints(*matches, 0.1, estimator=estimator)"
+    every: dict[str, Callable[[], Implementation]] = {
+        OURS: partial(made, library, ttc_fast),
+        "reference": partial(made, library, reference),
+    }
+    if estimator == MedianRatio() and kind == "noisy":
+        every["NumPy"] = partial(made, "median_ratio(*matches, least)", by_numpy)
+        if by_numpy.HAS_SCIPY:
+            every["SciPy"] = partial(made, "median_ratio_by_scipy(*matches, least)", by_numpy)
+        if count >= 2000:
+            every[TWO_THREADS] = partial(made, library.replace("r)", "r, threads=2)"), ttc_fast)
+    size = f"{count} {dtype}{'' if kind == 'noisy' else ' ' + kind}"
+    return Case(str(estimator), size, partial(_matches, count, dtype, kind), every, compare, goals)
+
+
+_medians = {
+    count: _case(MedianRatio(), count, Goal(limit, "reference", why=HALF))
+    for count, limit in ((50, 30), (200, 140), (1000, 270), (3000, 350))
+}
+CASES = [
+    *_medians.values(),
+    *(_case(MedianRatio(), 200, kind=kind) for kind in KINDS if kind != "noisy"),
+    *(
+        _case(MedianRatio(), 3000, within(_medians[3000], 10, "noisy", ALIKE), kind=kind)
+        for kind in KINDS
+        if kind != "noisy"
+    ),
+    *(_case(MedianRatio(), count, dtype="float64") for count in (200, 3000)),
+    *(_case(estimator, count) for estimator in (Consensus(), LeastSquares()) for count in (50, 200, 1000)),
+]

@@ -1,1 +1,0 @@
-"""``SweptPath`` and ``ScanSweptPath``: what the car of the scans would run into."""

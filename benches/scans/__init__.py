@@ -1,1 +1,0 @@
-"""``ScanTTC`` and ``ittc``: the scans, the questions, and who answers them."""

@@ -1,1 +1,0 @@
-"""Trackers: an approach is a list of distances and their stamps."""
