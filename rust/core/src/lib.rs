@@ -2,6 +2,7 @@
 //!
 //! Data flow one way: memory of the caller → [`column::Column`] → kernel → plain result.
 
+pub mod alignment;
 pub mod camera;
 pub mod cloud;
 pub mod column;
@@ -15,6 +16,7 @@ pub mod path;
 pub mod points;
 pub mod range_rate;
 pub mod real;
+pub mod road;
 pub mod scan;
 pub mod simd;
 mod status;

@@ -4,7 +4,7 @@ use crate::errors::value_error;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use ttc_fast_core::cloud;
+use ttc_fast_core::alignment as core;
 
 /// How a ``CloudTracker`` finds the motion of the body ahead: from all of it, not from its nearest point.
 ///
@@ -40,7 +40,7 @@ use ttc_fast_core::cloud;
 /// Alignment(cell=(0.2, 0.05), depth=0.8, window=0.5, range_noise=0.02)
 #[pyclass(frozen, eq, module = "ttc_fast")]
 #[derive(Clone, Copy, PartialEq)]
-pub struct Alignment(pub cloud::Alignment);
+pub struct Alignment(pub core::Alignment);
 
 #[pymethods]
 impl Alignment {
@@ -48,7 +48,7 @@ impl Alignment {
     #[pyo3(signature = (cell=[0.2, 0.05], *, depth=0.8, window=1.0, range_noise=0.02),
            text_signature = "(cell=(0.2, 0.05), *, depth=0.8, window=1.0, range_noise=0.02)")]
     fn new(cell: [f64; 2], depth: f64, window: f64, range_noise: f64) -> PyResult<Self> {
-        cloud::Alignment { cell, depth, window, range_noise }.checked().map(Alignment).map_err(value_error)
+        core::Alignment { cell, depth, window, range_noise }.checked().map(Alignment).map_err(value_error)
     }
 
     #[getter]
@@ -72,7 +72,7 @@ impl Alignment {
     }
 
     fn __repr__(&self) -> String {
-        let cloud::Alignment { cell: [width, height], depth, window, range_noise } = self.0;
+        let core::Alignment { cell: [width, height], depth, window, range_noise } = self.0;
         format!(
             "Alignment(cell=({width:?}, {height:?}), depth={depth:?}, window={window:?}, range_noise={range_noise:?})"
         )
@@ -93,9 +93,9 @@ impl Alignment {
 }
 
 /// `method=...`.
-pub fn alignment(object: Option<&Bound<'_, PyAny>>) -> PyResult<cloud::Alignment> {
+pub fn alignment(object: Option<&Bound<'_, PyAny>>) -> PyResult<core::Alignment> {
     object.map_or_else(
-        || Ok(cloud::Alignment::default()),
+        || Ok(core::Alignment::default()),
         |object| {
             object
                 .cast::<Alignment>()

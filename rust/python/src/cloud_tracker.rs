@@ -11,7 +11,8 @@ use crate::tracked::TrackedTTC;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use ttc_fast_core::cloud::{self, Body, Cell, CloudSettings, CloudTrack, Profile, Sighting, Trend};
+use ttc_fast_core::alignment::{Cell, Profile, Sighting, Trend};
+use ttc_fast_core::cloud::{self, Body, CloudSettings, CloudTrack};
 
 /// Follows the nearest body ahead from cloud to cloud, and never two at once.
 ///

@@ -3,7 +3,8 @@
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use ttc_fast_core::Status;
-use ttc_fast_core::cloud::{Detection, RoadStatus};
+use ttc_fast_core::cloud::Detection;
+use ttc_fast_core::road::RoadStatus;
 
 type Members = PyOnceLock<Vec<Py<PyAny>>>;
 

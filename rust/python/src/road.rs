@@ -6,7 +6,8 @@ use crate::points::{AnyPoints, Cloud};
 use crate::{axes, enums};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use ttc_fast_core::cloud::{self, Interval, RoadSearch};
+use ttc_fast_core::cloud::{self, Interval};
+use ttc_fast_core::road::{self, RoadSearch};
 
 /// The road as a plane, ``z = slope_x x + slope_y y + offset``.
 ///
@@ -116,7 +117,7 @@ impl Road {
 /// rms : float
 ///     Root mean square of the heights of patches above it, m: how rough or bent it is. NaN when no plane was fitted.
 #[pyclass(frozen, module = "ttc_fast")]
-pub struct RoadFit(cloud::RoadFit);
+pub struct RoadFit(road::RoadFit);
 
 #[pymethods]
 impl RoadFit {
@@ -132,7 +133,7 @@ impl RoadFit {
 
     #[getter]
     fn reason(&self) -> &'static str {
-        self.0.road.err().map_or("", cloud::Refusal::reason)
+        self.0.road.err().map_or("", road::Refusal::reason)
     }
 
     #[getter]
@@ -161,7 +162,7 @@ impl RoadFit {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let cloud::RoadFit { road, inliers, patches, share, width, rms } = self.0;
+        let road::RoadFit { road, inliers, patches, share, width, rms } = self.0;
         let status = self.status(py)?.getattr("name")?;
         let found = match road {
             Ok(cloud::Road { slope_x, slope_y, offset }) => {
@@ -282,8 +283,8 @@ pub fn fit_road(
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
     let fit = release(py, 3 * points.len(), || match points {
-        AnyPoints::Single(points) => cloud::fit_road(&points, &search),
-        AnyPoints::Double(points) => cloud::fit_road(&points, &search),
+        AnyPoints::Single(points) => road::fit_road(&points, &search),
+        AnyPoints::Double(points) => road::fit_road(&points, &search),
     });
     fit.map(RoadFit).map_err(value_error)
 }

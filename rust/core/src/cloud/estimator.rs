@@ -1,49 +1,110 @@
-//! From the candidates to one distance.
+//! The robust nearest distance ahead: from the points inside the gate to one distance.
 //!
-//! Each estimator answers the same question, how far ahead the nearest real thing is, with its own idea of which points are
-//! not real. They see candidates only as distances ahead, except for the cluster, which needs points.
+//! A pass gathers the candidates, and an estimator makes one distance of them. Each estimator answers the same question, how
+//! far ahead the nearest real thing is, with its own idea of which points are not real. Estimators see candidates only as
+//! distances ahead, except for the cluster, which needs points.
 
-use super::candidates::{Candidate, Estimate};
+use super::buffer::{Candidate, CandidateBuffer};
 use super::cluster;
-use super::gate::Gate;
-use super::kept::Kept;
+use super::gate::{Gate, check_intensity};
+use super::pass::Candidates;
 use crate::error::{Error, at_least_one, non_negative, positive, share};
 use crate::points::Points;
 use crate::real::Real;
 use crate::simd::Level;
 use std::cmp::Ordering;
 
-/// How outliers are survived.
+/// What was found in a cloud.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Detection {
+    /// The estimator found a distance.
+    Found = 0,
+    /// There are valid points, and none inside the gate.
+    Clear = 1,
+    /// There are candidates, but too few for the estimator.
+    TooFew = 2,
+    /// There is no valid point at all.
+    NoData = 3,
+}
+
+/// The robust nearest distance ahead, and the candidates that it rests on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MinX {
+    /// The estimate, m. NaN when there are too few candidates or no data, infinite when clear.
+    pub x: f64,
+    /// The plain nearest candidate, m. Infinite when clear, NaN without data.
+    pub nearest_x: f64,
+    /// The number of points inside the gate.
+    pub candidates: usize,
+    /// The number of candidates that stand behind the estimate.
+    pub support: usize,
+    /// The index of the point that the estimate is, if it is a single point.
+    pub index: Option<u32>,
+    /// What was found.
+    pub detection: Detection,
+}
+
+/// Finds the robust nearest distance ahead of the points inside a gate, by up to `threads` threads.
+///
+/// # Errors
+/// When the gate or the estimator makes no sense, or the gate bounds an intensity that the points lack.
+pub fn robust_min_x<T: Real>(
+    points: Points<'_, T>,
+    gate: &Gate,
+    estimator: Estimator,
+    level: Level,
+    threads: usize,
+) -> Result<MinX, Error> {
+    gate.check()?;
+    let estimator = estimator.checked()?;
+    check_intensity(gate, &points)?;
+    let Candidates { count, mut kept, .. } =
+        Candidates::gather(points, gate, estimator.nearest_needed(), level, threads);
+    let nothing =
+        MinX { x: f64::NAN, nearest_x: f64::NAN, candidates: 0, support: 0, index: None, detection: Detection::NoData };
+    if kept.len() == 0 {
+        let clear = MinX { x: f64::INFINITY, nearest_x: f64::INFINITY, detection: Detection::Clear, ..nothing };
+        return Ok(if points.any_valid() { clear } else { nothing });
+    }
+    let seen = MinX { nearest_x: kept.least(level).to_f64(), candidates: count, ..nothing };
+    Ok(match estimator.estimate(&mut kept, &points, gate, level) {
+        None => MinX { detection: Detection::TooFew, ..seen },
+        Some(Estimate { x, index, support }) => MinX { x, index, support, detection: Detection::Found, ..seen },
+    })
+}
+
+/// The way to one distance that survives outliers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Estimator {
-    /// The nearest candidate: survives nothing.
+    /// The nearest candidate. It survives no outlier.
     Minimum,
-    /// The `k`-th nearest: survives `k - 1` stray points.
+    /// The `k`-th nearest candidate. It survives `k - 1` stray points.
     KthSmallest(usize),
-    /// A quantile by linear interpolation, NumPy's rule; 0.5 is the median.
+    /// A quantile by NumPy's linear rule; 0.5 is the median.
     Quantile(f64),
-    /// The mean of the `k` nearest.
+    /// The mean of the `k` nearest candidates.
     MeanOfLowest(usize),
-    /// The nearest not below Q1 - factor (Q3 - Q1), Tukey's fence.
+    /// The nearest candidate not below Tukey's fence, Q1 - factor (Q3 - Q1).
     InterquartileFence(f64),
-    /// The nearest with at least `points` candidates in `[x, x + gap]`, itself included.
+    /// The nearest candidate with at least `points` candidates in `[x, x + gap]`, itself included.
     Supported {
-        /// How many candidates are enough.
+        /// The candidates that are enough.
         points: usize,
-        /// Within how much more distance, m.
+        /// Length of the interval, m.
         gap: f64,
     },
     /// The nearest point of the nearest group of at least `min_points` points linked by steps of at most `tolerance`.
     Cluster {
-        /// Longest link, m.
+        /// The longest link, m.
         tolerance: f64,
-        /// How many points are enough.
+        /// The points that are enough.
         min_points: usize,
     },
 }
 
 impl Estimator {
-    /// The estimator, if its settings make sense.
+    /// Returns the estimator if its settings make sense.
     ///
     /// # Errors
     /// When a count is 0, a quantile is outside [0, 1], or a length or factor is negative or not finite.
@@ -71,8 +132,8 @@ impl Estimator {
         Ok(self)
     }
 
-    /// How many of the nearest candidates it needs; all if `None`.
-    pub(super) fn wanted(self) -> Option<usize> {
+    /// The number of nearest candidates that the estimator needs; all if `None`.
+    fn nearest_needed(self) -> Option<usize> {
         match self {
             Estimator::Minimum => Some(1),
             Estimator::KthSmallest(k) | Estimator::MeanOfLowest(k) => Some(k),
@@ -81,9 +142,9 @@ impl Estimator {
     }
 
     /// The estimate, unless there are too few candidates for one.
-    pub(super) fn estimate<T: Real>(
+    fn estimate<T: Real>(
         self,
-        kept: &mut Kept<T>,
+        kept: &mut CandidateBuffer<T>,
         points: &Points<'_, T>,
         gate: &Gate,
         level: Level,
@@ -101,28 +162,39 @@ impl Estimator {
             Estimator::Supported { points, gap } => supported(kept, points, gap, level),
             Estimator::Cluster { tolerance, min_points } => {
                 let candidates: Vec<Candidate<T>> = kept.iter().collect();
-                cluster::nearest(candidates, tolerance, min_points, level, |candidate| {
-                    gate.oriented(points.get(candidate.index as usize)).map(T::to_f64)
-                })
+                let position =
+                    |candidate: &Candidate<T>| gate.oriented(points.get(candidate.index as usize)).map(T::to_f64);
+                let (nearest, support) = cluster::nearest(candidates, tolerance, min_points, level, position)?;
+                Some(Estimate { x: nearest.x.to_f64(), index: Some(nearest.index), support })
             }
         }
     }
 }
 
-/// The `k`-th nearest.
-fn kth<T: Real>(kept: &mut Kept<T>, k: usize, level: Level) -> Option<Estimate> {
+/// A distance, and the candidates that it rests on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Estimate {
+    x: f64,
+    /// The index of the point that the distance is, if it is a single point.
+    index: Option<u32>,
+    /// The number of candidates that stand behind it.
+    support: usize,
+}
+
+/// The `k`-th nearest candidate.
+fn kth<T: Real>(kept: &mut CandidateBuffer<T>, k: usize, level: Level) -> Option<Estimate> {
     (kept.len() >= k).then(|| {
         let Candidate { x, index } = kept.nth(k, level);
         Estimate { x: x.to_f64(), index: Some(index), support: k }
     })
 }
 
-/// The mean of the `k` nearest, added from the nearest on.
-fn mean_of_lowest<T: Real>(kept: &mut Kept<T>, k: usize, level: Level) -> Option<Estimate> {
+/// The mean of the `k` nearest candidates, added from the nearest on.
+fn mean_of_lowest<T: Real>(kept: &mut CandidateBuffer<T>, k: usize, level: Level) -> Option<Estimate> {
     if kept.len() < k {
         return None;
     }
-    kept.thin(k, level);
+    kept.keep_nearest(k, level);
     let mut lowest: Vec<Candidate<T>> = kept.iter().collect();
     lowest.sort_unstable_by(Candidate::order);
     let x = || lowest.iter().map(|candidate| candidate.x.to_f64());
@@ -132,8 +204,8 @@ fn mean_of_lowest<T: Real>(kept: &mut Kept<T>, k: usize, level: Level) -> Option
     Some(Estimate { x: mean, index: None, support: k })
 }
 
-/// NumPy's linear rule: between the two order statistics around `q (n - 1)`, weighed from the nearer one.
-fn quantile<T: Real>(kept: &mut Kept<T>, q: f64, level: Level) -> Option<f64> {
+/// The quantile by NumPy's linear rule: between the two order statistics around `q (n - 1)`, weighed from the nearer one.
+fn quantile<T: Real>(kept: &mut CandidateBuffer<T>, q: f64, level: Level) -> Option<f64> {
     let last = kept.len().checked_sub(1)?;
     let place = q * last as f64;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "q is in [0, 1]")]
@@ -144,7 +216,7 @@ fn quantile<T: Real>(kept: &mut Kept<T>, q: f64, level: Level) -> Option<f64> {
     if weight == 0.0 {
         return Some(low);
     }
-    // The next may be as near.
+    // The next order statistic may be equal.
     let (count, next) = kept.cut(nearer.above(), level);
     let high = if count > below + 1 { low } else { next.to_f64() };
     if high == low {
@@ -158,8 +230,8 @@ fn quantile<T: Real>(kept: &mut Kept<T>, q: f64, level: Level) -> Option<f64> {
     Some(if weight >= 0.5 { high - difference * (1.0 - weight) } else { low + difference * weight })
 }
 
-/// The nearest not below the fence.
-fn fenced<T: Real>(kept: &mut Kept<T>, factor: f64, level: Level) -> Option<Estimate> {
+/// The nearest candidate not below the fence.
+fn fenced<T: Real>(kept: &mut CandidateBuffer<T>, factor: f64, level: Level) -> Option<Estimate> {
     let (first, third) = (quantile(kept, 0.25, level)?, quantile(kept, 0.75, level)?);
     let range = third - first;
     let spread = if range.is_finite() { factor * range } else { factor * third - factor * first };
@@ -172,9 +244,9 @@ fn fenced<T: Real>(kept: &mut Kept<T>, factor: f64, level: Level) -> Option<Esti
     Some(Estimate { x: x.to_f64(), index: Some(index), support: kept.len() - outside })
 }
 
-/// The nearest with `points` candidates within `gap` behind it.
-fn supported<T: Real>(kept: &mut Kept<T>, points: usize, gap: f64, level: Level) -> Option<Estimate> {
-    /// So many times as many of the nearest are sorted as are asked for, then so many times more.
+/// The nearest candidate with `points` candidates within `gap` behind it.
+fn supported<T: Real>(kept: &mut CandidateBuffer<T>, points: usize, gap: f64, level: Level) -> Option<Estimate> {
+    /// At first this many times as many of the nearest are sorted as have to be within the gap, then this many times more.
     const MORE: usize = 8;
     let enough = |pair: &[T]| pair[points - 1].to_f64() <= pair[0].to_f64() + gap;
     let mut some = points;

@@ -1,42 +1,75 @@
-//! Which points count: a corridor ahead, above the road, bright enough.
+//! The gate: which points count. It is a corridor ahead, straight or curved, above the road, of points bright enough.
+//!
+//! Most of a gate is a box in the stored columns, which the pass compares sixteen points at a time with. A curved path and a
+//! height above a fitted road are no box: [`NonBoxGate`] asks those of one point at a time.
 
-use super::road::Road;
 use crate::error::{Error, finite, non_negative};
 use crate::points::Points;
 use crate::real::Real;
 
-/// An interval, bounds included.
+/// An interval with its bounds included.
 pub type Interval = (f64, f64);
 
-/// Where one of the axes forward, left and up is found: which stored column, and whether it points the other way.
+/// Where one of the axes forward, left and up is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Axis {
-    /// 0, 1 or 2: the stored x, y or z.
+    /// The stored column: 0, 1 or 2 for x, y or z.
     pub column: usize,
     /// Whether the stored axis points the other way.
     pub flipped: bool,
 }
 
-/// Forward, left and up as stored by REP 103: x, y and z.
+/// The axes of REP 103: forward, left and up are the stored x, y and z.
 pub const REP_103: [Axis; 3] =
     [Axis { column: 0, flipped: false }, Axis { column: 1, flipped: false }, Axis { column: 2, flipped: false }];
 
-/// A box, or a bent box, bounds included.
+/// A plane `z = slope_x x + slope_y y + offset` in the vehicle frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Road {
+    /// Rise per metre forward.
+    pub slope_x: f64,
+    /// Rise per metre to the left.
+    pub slope_y: f64,
+    /// Height of the road at the origin, m; about minus the height of the sensor.
+    pub offset: f64,
+}
+
+impl Road {
+    /// Returns the road if its numbers are finite.
+    ///
+    /// # Errors
+    /// When a number is not finite.
+    pub fn checked(self) -> Result<Self, Error> {
+        finite("slope_x", self.slope_x)?;
+        finite("slope_y", self.slope_y)?;
+        finite("offset", self.offset)?;
+        Ok(self)
+    }
+
+    /// The height of a point above the road, m.
+    #[inline(always)]
+    #[must_use]
+    pub fn height(&self, x: f64, y: f64, z: f64) -> f64 {
+        z - (self.slope_x * x + self.slope_y * y + self.offset)
+    }
+}
+
+/// A box, or a box bent along a curved path, with its bounds included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gate {
-    /// Forward, m; along the path if that is curved.
+    /// Bounds on the distance ahead, m; along the path if that is curved.
     pub x: Interval,
-    /// Left, m; from the path if that is curved.
+    /// Bounds on the offset to the left, m; from the path if that is curved.
     pub y: Interval,
-    /// Up, m; open if `None`.
+    /// Bounds on the height, m; open if `None`.
     pub z: Option<Interval>,
-    /// In the units stored; open if `None`.
+    /// Bounds on the intensity in the units stored; open if `None`.
     pub intensity: Option<Interval>,
     /// Where forward, left and up are stored.
     pub axes: [Axis; 3],
-    /// Of the path, 1/m; positive bends to the left.
+    /// Curvature of the path, 1/m; positive bends to the left.
     pub curvature: f64,
-    /// Height above a fitted road, m.
+    /// Bounds on the height above a fitted road, m; open if `None`.
     pub above: Option<(Road, Interval)>,
 }
 
@@ -55,7 +88,7 @@ impl Default for Gate {
 }
 
 impl Gate {
-    /// The gate, if it makes sense.
+    /// Returns the gate if it makes sense.
     ///
     /// # Errors
     /// When bounds are swapped or NaN, the curvature is not finite, or two axes use the same column.
@@ -63,10 +96,10 @@ impl Gate {
         self.check().map(|()| self)
     }
 
-    /// Whether the gate makes sense.
+    /// Checks that the gate makes sense.
     ///
     /// # Errors
-    /// As `checked`.
+    /// When bounds are swapped or NaN, the curvature is not finite, or two axes use the same column.
     pub fn check(&self) -> Result<(), Error> {
         interval("x", self.x)?;
         interval("y", self.y)?;
@@ -101,7 +134,7 @@ impl Gate {
         Ok((clearance - sensor_height, headroom - sensor_height))
     }
 
-    /// Whether the path runs straight ahead. Curvatures too small for a normal number would lose their digits.
+    /// Whether the path runs straight ahead. A curvature below the normal numbers would lose its digits, so it counts as 0.
     #[inline(always)]
     fn is_straight(&self) -> bool {
         self.curvature.abs() < f64::MIN_POSITIVE
@@ -109,8 +142,8 @@ impl Gate {
 
     /// The part of the gate that is a box in the stored columns, as bounds (low, high) on x, y, z and intensity.
     ///
-    /// Only finite coordinates are inside. A curved path has no box of its own in x and y.
-    pub(super) fn boxed<T: Real>(&self) -> ([T; 4], [T; 4]) {
+    /// Only finite coordinates are inside. A curved path leaves x and y open.
+    pub(crate) fn as_box<T: Real>(&self) -> ([T; 4], [T; 4]) {
         let open = (f64::NEG_INFINITY, f64::INFINITY);
         let [x, y] = if self.is_straight() { [self.x, self.y] } else { [open, open] };
         let mut low = [T::ZERO - T::MAX; 4];
@@ -137,20 +170,20 @@ impl Gate {
         })
     }
 
-    /// How far ahead a stored point is, on a straight path.
+    /// The distance ahead of a stored point on a straight path.
     #[inline(always)]
     pub(super) fn ahead<T: Real>(&self, stored: [T; 3]) -> T {
         let Axis { column, flipped } = self.axes[0];
         if flipped { T::ZERO - stored[column] } else { stored[column] }
     }
 
-    /// Distance along and offset from the path, to the left, of a point on the ground.
+    /// The distance of a point along the path, and its offset to the left of the path.
     ///
-    /// A circle about (0, 1 / curvature). Written so that it is smooth as the curvature goes to 0.
+    /// The path is a circle about (0, 1 / curvature). The formula is smooth as the curvature goes to 0.
     #[inline(always)]
     pub(super) fn along_path(&self, x: f64, y: f64) -> (f64, f64) {
         let k = self.curvature;
-        // Behind the circle's centre the sign of a zero is half a turn: it is the path's, not the stored number's.
+        // Behind the circle's centre the sign of a zero decides half a turn, so it is the path's, not the stored number's.
         let forward = if x == 0.0 { 0.0_f64.copysign(k) } else { k * x };
         let across = 1.0 - k * y;
         let along = forward.atan2(across) / k;
@@ -166,20 +199,20 @@ fn interval(argument: &'static str, (low, high): Interval) -> Result<(), Error> 
     Err(Error::new(argument, format!("must be (low, high) with low <= high, got ({low:?}, {high:?})")))
 }
 
-/// What neither a box in the stored columns nor an intensity can say of a point: where it is on a curve, or above a road.
+/// The part of a gate that is no box in the stored columns: a curved path, or a height above a road.
 #[derive(Clone, Copy)]
-pub(super) struct Rest<'a>(&'a Gate);
+pub(super) struct NonBoxGate<'a>(&'a Gate);
 
-impl<'a> Rest<'a> {
-    /// The rest of a gate, if it has one.
+impl<'a> NonBoxGate<'a> {
+    /// That part of a gate, if the gate has one.
     pub(super) fn new(gate: &'a Gate) -> Option<Self> {
-        (!gate.is_straight() || gate.above.is_some()).then_some(Rest(gate))
+        (!gate.is_straight() || gate.above.is_some()).then_some(NonBoxGate(gate))
     }
 
-    /// The distance ahead of a point that is in the box and stored like this, if it is in the gate.
+    /// The distance ahead of a stored point that is in the box, if it is in the gate.
     #[inline(always)]
     pub(super) fn admit<T: Real>(self, stored: [T; 3]) -> Option<T> {
-        let Rest(gate) = self;
+        let NonBoxGate(gate) = self;
         let [x, y, z] = gate.oriented(stored);
         if let Some((road, height)) = &gate.above
             && !inside(road.height(x.to_f64(), y.to_f64(), z.to_f64()), *height)
@@ -198,7 +231,7 @@ fn inside(value: f64, (low, high): Interval) -> bool {
     low <= value && value <= high
 }
 
-/// Refuse a gate on an intensity that the cloud lacks.
+/// Refuses a gate on an intensity that the cloud lacks.
 pub(super) fn check_intensity<T: Real>(gate: &Gate, points: &Points<'_, T>) -> Result<(), Error> {
     if gate.intensity.is_some() && !points.has_intensity() {
         return Err(Error::new("gate", "has bounds on intensity, but the points have no intensity"));

@@ -1,24 +1,24 @@
-//! Which of many distances is the n-th smallest, found by counting.
+//! The n-th smallest of many distances, found by counting.
 //!
-//! Values stay where they are, in groups of lanes with positive infinity in what is left of the last one. An interval is cut
-//! in four until as many values are up to a cut as are asked for: each step is a pass over lanes without a branch, and steps
-//! are about half as many as bits in the number of values, for any order of them. Ties may take half as many as a number has
-//! bits.
+//! Values stay where they are, in groups of lanes, and positive infinity fills the last group. An interval that holds the
+//! value is cut in four until as many values are at most one of the cuts as are asked for. Each step is a pass over lanes
+//! without a branch. In any order of the values, there are about half as many steps as bits in their number; ties may take
+//! half as many as a value has bits.
 
 use crate::lanes::{LANES, Lanes, least};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel};
 
-/// One of the values, and where it is.
+/// One of the values and its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found<T> {
     pub x: T,
     pub place: usize,
 }
 
-/// Looks for the `n`-th smallest, from 1; of equal values the one with the lower place comes first.
+/// Looks for the `n`-th smallest value, from 1; of equal values the one with the lower place comes first.
 pub(super) struct Nth<'a, T> {
-    /// At least `n` of them finite, and no NaN.
+    /// The values: at least `n` of them are finite, and none is NaN.
     pub values: &'a [Lanes<T>],
     pub n: usize,
 }
@@ -77,7 +77,7 @@ impl<T: Real> Kernel for Least<'_, T> {
     }
 }
 
-/// How many values are below a limit, and the least that is not.
+/// Counts the values below a limit, and finds the least that is not below it.
 pub(super) struct Cut<'a, T> {
     pub values: &'a [Lanes<T>],
     pub limit: T,
@@ -93,10 +93,10 @@ impl<T: Real> Kernel for Cut<'_, T> {
     }
 }
 
-/// How many values are at most each of some limits.
+/// The number of values that are at most each of some limits.
 #[inline(always)]
 fn up_to<T: Real, I: Instructions, const N: usize>(simd: I, values: &[Lanes<T>], limits: [T; N]) -> [usize; N] {
-    /// So many groups at a time are counted exactly in the lanes.
+    /// The groups that are counted at a time, so that the counts in the lanes stay exact.
     const GROUPS: usize = 1 << 16;
     let mut totals = [0; N];
     for some in values.chunks(GROUPS) {
@@ -136,7 +136,7 @@ fn count_lanes<T: Real, const N: usize>(values: &[Lanes<T>], limits: [T; N]) -> 
     sums
 }
 
-/// The sum of what was counted in each lane.
+/// The sum of the counts in all lanes.
 #[inline(always)]
 fn sum<T: Real>(mut counts: Lanes<T>) -> usize {
     let mut half = LANES / 2;

@@ -1,9 +1,12 @@
 //! Time-to-collision of the body ahead, from cloud to cloud.
+//!
+//! Each cloud shows a body: its edge, which is the robust nearest distance, and its profile behind the edge. The tracker gives
+//! this sighting to the body that it continues, or begins another, and the alignment of the profiles tells how the body moves.
 
-use super::alignment::{Alignment, Cell, FARTHEST, Profile, Sighting, Trend, trend};
-use super::estimator::Estimator;
+use super::estimator::{Detection, Estimator, robust_min_x};
 use super::gate::Gate;
-use super::{Detection, robust_min_x};
+use super::pass::Candidates;
+use crate::alignment::{Alignment, Cell, FARTHEST, Profile, Sighting, Trend, trend};
 use crate::error::{Error, finite};
 use crate::points::Points;
 use crate::real::Real;
@@ -12,20 +15,20 @@ use crate::status::Status;
 use crate::tracker::TrackedTtc;
 use std::mem::take;
 
-/// What a tracker is told once.
+/// The settings of a tracker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CloudSettings {
-    /// Which points count.
+    /// The points that count.
     pub gate: Gate,
-    /// How the edge of the body is found.
+    /// The way in which the edge of the body is found.
     pub estimator: Estimator,
-    /// How its motion is.
+    /// The way in which the motion of the body is found.
     pub method: Alignment,
-    /// From the sensor to the bumper, m.
+    /// Distance from the sensor to the bumper, m.
     pub front_offset: f64,
-    /// An edge this far from where it was expected is another body's, m.
+    /// An edge farther than this from where it was predicted belongs to another body, m.
     pub jump: f64,
-    /// A body not seen for longer than this is forgotten, s.
+    /// A body that is not seen for longer than this is forgotten, s.
     pub max_gap: f64,
 }
 
@@ -42,28 +45,28 @@ impl Default for CloudSettings {
     }
 }
 
-/// A body, as often as it was seen.
+/// A body and its sightings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Body {
-    /// Oldest first.
+    /// The sightings, oldest first.
     pub sightings: Vec<Sighting>,
-    /// How it moved at the last of them.
+    /// The motion at the last of them.
     pub trend: Option<Trend>,
 }
 
-/// What a tracker remembers.
+/// Everything that a tracker remembers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CloudTrack {
-    /// Of the last frame, whatever it showed, s.
+    /// Stamp of the last frame, whatever it showed, s.
     pub stamp: Option<f64>,
     /// The body that is followed.
     pub present: Body,
-    /// The one before, in case the present one was but a flicker.
+    /// The body that was followed before, in case the present one is but a flicker.
     pub shelved: Body,
 }
 
 impl CloudTrack {
-    /// The track, if a tracker could have it.
+    /// Returns the track if a tracker could have it.
     ///
     /// # Errors
     /// When numbers are not finite, sightings or cells are out of order, or there are too many.
@@ -108,17 +111,17 @@ impl Body {
         Ok(())
     }
 
-    /// Forget what is too old, and all of it if it was gone for too long.
+    /// Forgets sightings that are too old, and all of them if the body was gone for too long.
     fn forget(&mut self, stamp: f64, window: f64, max_gap: f64) {
         let gone = self.sightings.last().is_some_and(|last| stamp - last.stamp > max_gap);
-        // Stamps are rounded: the window's own end counts.
+        // Stamps are rounded, so a sighting at the end of the window counts.
         self.sightings.retain(|sighting| !gone && stamp - sighting.stamp <= window * (1.0 + 1e-6));
         if self.sightings.is_empty() {
             self.trend = None;
         }
     }
 
-    /// Whether a sighting is of this body.
+    /// Whether a sighting belongs to this body.
     fn continues(&self, now: &Sighting, jump: f64) -> bool {
         let Some(last) = self.sightings.last() else { return false };
         let dt = now.stamp - last.stamp;
@@ -143,19 +146,19 @@ impl Body {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CloudTracker {
     settings: CloudSettings,
-    /// What it remembers; to be saved and restored.
+    /// Everything that the tracker remembers, to be saved and restored.
     pub track: CloudTrack,
 }
 
-/// Frames that a closing speed needs.
+/// The fewest frames that a closing speed needs.
 const ENOUGH: usize = 3;
-/// More frames than this are not kept: of those in the window, the last.
+/// The most frames that are kept: of those in the window, the last.
 const MOST: usize = 16;
-/// No two cars close faster, m/s.
+/// The fastest closing speed of two cars, m/s.
 const FASTEST: f64 = 60.0;
-/// Closing speeds don't change faster, m/s^2.
+/// The fastest change of a closing speed, m/s^2.
 const HARDEST: f64 = 20.0;
-/// Of a normal distribution, nine tenths are within so many standard deviations.
+/// Nine tenths of a normal distribution are within this many standard deviations.
 const NINE_TENTHS: f64 = 1.645;
 
 impl CloudTracker {
@@ -176,16 +179,16 @@ impl CloudTracker {
         Ok(CloudTracker { settings, track: CloudTrack::default() })
     }
 
-    /// What it was told.
+    /// The settings of the tracker.
     #[must_use]
     pub fn settings(&self) -> &CloudSettings {
         &self.settings
     }
 
-    /// Take in a cloud, and say how the body ahead moves.
+    /// Takes a cloud, and says how the body ahead moves.
     ///
     /// # Errors
-    /// As [`robust_min_x`].
+    /// For the reasons of [`robust_min_x`].
     pub fn update<T: Real>(&mut self, points: Points<'_, T>, stamp: f64, level: Level) -> Result<TrackedTtc, Error> {
         let CloudSettings { gate, estimator, method, .. } = self.settings;
         let found = robust_min_x(points, &gate, estimator, level, 1)?;
@@ -202,12 +205,12 @@ impl CloudTracker {
             Detection::Found => found.x,
             Detection::TooFew => found.nearest_x,
         };
-        let profile = Profile::new(points, &gate, edge, &method, level);
+        let profile = profile(points, &gate, edge, &method, level);
         self.follow(Sighting { stamp, edge, profile });
         Ok(self.answer(found.detection == Detection::TooFew))
     }
 
-    /// Give a sighting to the body that it is of, or begin another.
+    /// Gives a sighting to the body that it belongs to, or begins another.
     fn follow(&mut self, sighting: Sighting) {
         let CloudTrack { present, shelved, .. } = &mut self.track;
         if !present.continues(&sighting, self.settings.jump) {
@@ -215,7 +218,7 @@ impl CloudTracker {
                 *present = take(shelved);
             } else {
                 let before = take(present);
-                // What was never seen to move is not worth coming back to.
+                // A body whose motion was never found is not worth coming back to.
                 if before.trend.is_some() {
                     *shelved = before;
                 }
@@ -224,7 +227,7 @@ impl CloudTracker {
         present.add(sighting, self.settings.method.range_noise);
     }
 
-    /// What is known of the body at its last sighting.
+    /// The answer about the body at its last sighting.
     fn answer(&self, too_few: bool) -> TrackedTtc {
         let offset = self.settings.front_offset;
         let Some(trend) = &self.track.present.trend else {
@@ -242,7 +245,7 @@ impl CloudTracker {
         } else {
             Status::NotClosing
         };
-        // What is not known of the distance counts for as much as it makes of the time.
+        // The error of the distance counts by its share in the time.
         let apart = NINE_TENTHS * self.settings.method.range_noise / distance.max(self.settings.method.range_noise);
         let either_way = spread.hypot(speed * apart);
         TrackedTtc {
@@ -255,7 +258,7 @@ impl CloudTracker {
         }
     }
 
-    /// Nothing is ahead: the body that was there a moment ago goes on as it did.
+    /// The answer when nothing is ahead: the body that was there a moment ago goes on as it did.
     fn coast(&self, stamp: f64) -> TrackedTtc {
         let Some(last) = self.track.present.sightings.last() else {
             return TrackedTtc::nothing(Status::Clear, f64::INFINITY);
@@ -267,7 +270,22 @@ impl CloudTracker {
     }
 }
 
-/// At a constant speed; 0 in contact, infinite where nothing closes.
+/// The side of the body that faces the sensor, up to `depth` behind its edge.
+fn profile<T: Real>(points: Points<'_, T>, gate: &Gate, edge: f64, settings: &Alignment, level: Level) -> Profile {
+    let end = edge + settings.depth;
+    // A little farther than needed, because bounds are rounded to the type of the points.
+    let (from, to) = gate.x;
+    let nearer = Gate { x: (from, to.min(end + end.abs() * 1e-6)), ..*gate };
+    let found = Candidates::gather(points, &nearer, None, level, 1);
+    let body = found.kept.iter().map(|candidate| (candidate.x.to_f64(), candidate.index)).filter(|(x, _)| *x <= end);
+    let body = body.map(|(x, index)| {
+        let [_, y, z] = gate.oriented(points.get(index as usize)).map(Real::to_f64);
+        [x, y, z]
+    });
+    Profile::new(body, settings)
+}
+
+/// Time to cover `distance` at a constant speed, s; 0 in contact, infinite where nothing closes.
 fn time(distance: f64, closing_speed: f64) -> f64 {
     if closing_speed <= 0.0 { f64::INFINITY } else { distance.max(0.0) / closing_speed }
 }

@@ -1,56 +1,24 @@
-//! The road as a plane, and how it is found in a cloud.
+//! The road as a plane, found in a cloud.
 //!
-//! A cloud is boiled down to [`stacks`] of voxels in one pass; these [`vote`] for a coarse plane, which [`refine`] fits to
-//! them. [`search`] says where to look and what to accept.
+//! [`search`] says where to look and what to accept; [`fit`] finds the plane that fits the cloud best; [`fit_road`] decides
+//! whether that plane is a road. A [`Gate`](crate::cloud::Gate) can stand on it.
 
-mod refine;
+mod fit;
 mod search;
-mod stacks;
-mod vote;
 
 pub use search::RoadSearch;
 
-use crate::error::{Error, finite};
+use crate::cloud::Road;
+use crate::error::Error;
 use crate::points::Points;
 use crate::real::Real;
-use refine::Refined;
-
-/// A plane `z = slope_x x + slope_y y + offset` in the vehicle frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Road {
-    /// Rise per metre forward.
-    pub slope_x: f64,
-    /// Rise per metre to the left.
-    pub slope_y: f64,
-    /// Height at the origin, m; about minus the height of the sensor.
-    pub offset: f64,
-}
-
-impl Road {
-    /// The road, if its numbers are finite.
-    ///
-    /// # Errors
-    /// When one is not.
-    pub fn checked(self) -> Result<Self, Error> {
-        finite("slope_x", self.slope_x)?;
-        finite("slope_y", self.slope_y)?;
-        finite("offset", self.offset)?;
-        Ok(self)
-    }
-
-    /// Height of a point above the road, m.
-    #[inline(always)]
-    #[must_use]
-    pub fn height(&self, x: f64, y: f64, z: f64) -> f64 {
-        z - (self.slope_x * x + self.slope_y * y + self.offset)
-    }
-}
+use fit::{Refined, plane};
 
 /// Whether a road was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum RoadStatus {
-    /// There is one.
+    /// A road was found.
     Found = 0,
     /// There are valid points, and no plane among them passes for a road.
     NotFound = 1,
@@ -58,27 +26,27 @@ pub enum RoadStatus {
     NoData = 2,
 }
 
-/// Why there is no road.
+/// The reason that there is no road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// No valid point at all.
+    /// There is no valid point at all.
     NoData,
-    /// No point where a road could be.
+    /// There is no point where a road could be.
     Nothing,
-    /// Too little of it is seen.
+    /// Too little of the plane is seen.
     TooSmall,
-    /// What is seen of it is a strip.
+    /// The part of the plane that is seen is a strip.
     TooNarrow,
-    /// Steeper than allowed.
+    /// The plane is steeper than allowed.
     TooSteep,
-    /// Above the sensor, or too far above or below where the sensor's height puts it.
+    /// The plane is above the sensor, or too far from where the height of the sensor puts it.
     WrongHeight,
     /// Too much of the ground disagrees.
     Outvoted,
 }
 
 impl Refusal {
-    /// In words.
+    /// The reason in words.
     #[must_use]
     pub fn reason(self) -> &'static str {
         match self {
@@ -93,22 +61,22 @@ impl Refusal {
     }
 }
 
-/// The road of a cloud, or why there is none, and what that rests on.
+/// The road of a cloud or the reason that there is none, and the patches that this rests on.
 ///
-/// The numbers are those of the best plane, also when it is refused.
+/// The numbers are those of the best plane, even if it is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadFit {
-    /// The road.
+    /// The road, or the reason that there is none.
     pub road: Result<Road, Refusal>,
-    /// Points within the tolerance of it, in patches that agree.
+    /// The points within the tolerance of the plane, in patches that agree.
     pub inliers: usize,
-    /// Patches that agree, of a square metre each.
+    /// The patches that agree, of a square metre each.
     pub patches: usize,
-    /// How many of all patches that is; 0 if there are none.
+    /// The share of all patches that agree; 0 if there are none.
     pub share: f64,
-    /// Of the strip of road that is seen, m.
+    /// Width of the road that is seen in its narrowest direction, m.
     pub width: f64,
-    /// Root mean square of the heights of patches above it, m. NaN without a plane.
+    /// Root mean square of the heights of patches above the plane, m. NaN without a plane.
     pub rms: f64,
 }
 
@@ -128,19 +96,16 @@ impl RoadFit {
     }
 }
 
-/// Find the road in a cloud.
+/// Finds the road in a cloud.
 ///
 /// # Errors
 /// When the settings make no sense.
 pub fn fit_road<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Result<RoadFit, Error> {
     let search = search.checked()?;
-    let stacks = stacks::gather(points, &search);
-    if stacks.is_empty() {
+    let Some((Refined { road, inliers, patches, width, rms }, all)) = plane(points, &search) else {
         return Ok(RoadFit::nothing(if points.any_valid() { Refusal::Nothing } else { Refusal::NoData }));
-    }
-    let coarse = vote::elect(&stacks, &search);
-    let Refined { road, inliers, patches, width, rms } = refine::refine(&stacks, coarse, &search);
-    let share = patches as f64 / stacks.len() as f64;
+    };
+    let share = patches as f64 / all as f64;
     let refusal = if patches < search.min_patches {
         Some(Refusal::TooSmall)
     } else if width < search.min_width {

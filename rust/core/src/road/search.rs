@@ -1,40 +1,41 @@
 //! Where to look for a road, and what to accept as one.
 
-use super::super::gate::{Axis, Gate, Interval, REP_103};
-use super::stacks::LAYERS_PER_METRE;
+use crate::cloud::{Axis, Gate, Interval, REP_103};
 use crate::error::{Error, at_least_one, finite, positive, share};
 
-/// More voxels than this take more memory than a road is worth.
+/// Voxels are a metre long and wide, and there are this many in a metre of height.
+pub(super) const LAYERS_PER_METRE: f64 = 5.0;
+/// The most voxels of a region: more take more memory than a road is worth.
 const MOST_VOXELS: f64 = (1 << 22) as f64;
 
-/// Points on a strip narrower than this, m, are on a line, which has no plane.
+/// The least width of a strip that has a plane, m. Points on a narrower one lie on a line.
 const LEAST_WIDTH: f64 = 0.01;
 
-/// Steeper is no road, and takes long to look for.
+/// The steepest road. A steeper plane is none, and takes long to look for.
 const STEEPEST: f64 = 1.0;
 
 /// Where to look for a road, and what to accept as one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadSearch {
-    /// Of the sensor above the road, m, as far as it is known.
+    /// Height of the sensor above the road, m, as far as it is known.
     pub sensor_height: f64,
-    /// Forward, m.
+    /// Bounds of the region forward, m.
     pub x: Interval,
-    /// Left, m.
+    /// Bounds of the region to the left, m.
     pub y: Interval,
     /// Where forward, left and up are stored.
     pub axes: [Axis; 3],
-    /// How wrong the height of the sensor may be, m.
+    /// The largest error of the height of the sensor, m.
     pub height_tolerance: f64,
-    /// Steepest road, as rise per metre forward or left.
+    /// The steepest road, as rise per metre forward or left.
     pub max_slope: f64,
-    /// Ground higher above the road than this, m, is no part of it; nor is ground twice as far below it.
+    /// Ground higher above the road than this, m, is no part of it. Ground below it may be twice as far.
     pub tolerance: f64,
-    /// How many square metres must be seen.
+    /// The square metres of road that must be seen.
     pub min_patches: usize,
-    /// How wide what is seen must be in its narrowest direction, m.
+    /// The width that must be seen in the narrowest direction, m.
     pub min_width: f64,
-    /// How many of all patches must agree.
+    /// The share of all patches that must agree.
     pub min_share: f64,
 }
 
@@ -56,7 +57,7 @@ impl Default for RoadSearch {
 }
 
 impl RoadSearch {
-    /// The settings, if they make sense.
+    /// Returns the settings if they make sense.
     ///
     /// # Errors
     /// When a number is out of its range, the region is not finite or too large, or two axes use the same column.
@@ -88,19 +89,19 @@ impl RoadSearch {
         Ok(self)
     }
 
-    /// The box that a road could be in.
+    /// The box that the road could be in.
     pub(super) fn region(&self) -> Gate {
         let (middle, reach) = (-self.sensor_height, self.reach());
         Gate { x: self.x, y: self.y, z: Some((middle - reach, middle + reach)), axes: self.axes, ..Gate::default() }
     }
 
-    /// How far a road could rise or fall within the region, m.
+    /// The farthest that the road could be from minus the height of the sensor in the whole region, m.
     pub(super) fn reach(&self) -> f64 {
         let [x, y] = [self.x, self.y].map(|(low, high)| low.abs().max(high.abs()));
         self.reach_at(x, y)
     }
 
-    /// How far a road could be from minus the height of the sensor, m.
+    /// The farthest that the road could be from minus the height of the sensor at a place, m.
     #[inline(always)]
     pub(super) fn reach_at(&self, x: f64, y: f64) -> f64 {
         self.height_tolerance + self.max_slope * (x.abs() + y.abs())

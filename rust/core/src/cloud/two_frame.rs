@@ -1,8 +1,7 @@
 //! Time-to-collision from how the nearest distance shrinks between two clouds.
 
-use super::estimator::Estimator;
+use super::estimator::{Detection, Estimator, MinX, robust_min_x};
 use super::gate::Gate;
-use super::{Detection, MinX, robust_min_x};
 use crate::error::{Error, elapsed, finite};
 use crate::motion::ttc_from_distances;
 use crate::points::Points;
@@ -10,16 +9,16 @@ use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
 
-/// Time-to-collision from two clouds, and what it rests on.
+/// Time-to-collision from two clouds, and the distances that it rests on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CloudTtc {
-    /// s; infinite where nothing closes or too little is known.
+    /// Time-to-collision, s; infinite where nothing closes or too little is known.
     pub ttc: f64,
-    /// What it means.
+    /// What the numbers mean.
     pub status: Status,
-    /// From the bumper to the nearest thing in the current cloud, m. Infinite when clear, NaN without data.
+    /// Distance from the bumper to the nearest thing in the current cloud, m. Infinite when clear, NaN without data.
     pub distance: f64,
-    /// m/s, positive when approaching. NaN unless both clouds show a distance.
+    /// Closing speed, m/s, positive when approaching. NaN unless both clouds show a distance.
     pub closing_speed: f64,
     /// What was found in the earlier cloud.
     pub previous: MinX,
@@ -32,7 +31,7 @@ pub struct CloudTtc {
 /// Where either cloud has too few points for the estimator, both are taken at their plain nearest, and the status says so.
 ///
 /// # Errors
-/// As [`robust_min_x`], and when `dt` is not a time or the offset not a number.
+/// When `dt` is not a time or the offset is not a number, and for the reasons of [`robust_min_x`].
 pub fn ttc_from_clouds<T: Real>(
     [previous, current]: [Points<'_, T>; 2],
     dt: f64,
@@ -59,7 +58,7 @@ pub fn ttc_from_clouds<T: Real>(
     Ok(match current.detection {
         Detection::NoData => CloudTtc { status: Status::NoData, ..seen },
         Detection::Clear => seen,
-        // Contact is the more urgent news than that nothing tells how it moves.
+        // Contact outranks that nothing tells how it moves.
         _ if !before.is_finite() && now <= 0.0 => CloudTtc { status: Status::Contact, ..seen },
         _ if !before.is_finite() => CloudTtc { status: Status::WarmingUp, ..seen },
         Detection::Found | Detection::TooFew => {

@@ -1,22 +1,51 @@
-//! Distances ahead and the points that they are of, in the order in which they came.
+//! The candidates that a pass keeps: distances ahead, and the points that they belong to, in the order in which they came.
+//!
+//! Distances are stored apart from the numbers of points, so that kernels count and compare them as lanes.
 
-use super::candidates::Candidate;
 use super::order::{Cut, Found, Least, Nth};
 use crate::lanes::{LANES, Lanes, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Level};
+use std::cmp::Ordering;
 
-/// Candidates that are kept; their distances are finite.
-pub(super) struct Kept<T> {
+/// A point inside the gate: its distance ahead, m, and its number in the cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Candidate<T> {
+    pub x: T,
+    pub index: u32,
+}
+
+impl<T: Real> Candidate<T> {
+    /// Orders the nearest first, and of two at one distance the one with the lower index.
+    #[inline(always)]
+    pub(super) fn order(&self, other: &Self) -> Ordering {
+        // A sort asks whether one is less. The answer is found without a branch: half of the branches would be guessed wrongly.
+        if self.is_before(other) {
+            Ordering::Less
+        } else if other.is_before(self) {
+            Ordering::Greater
+        } else {
+            Ordering::Equal
+        }
+    }
+
+    #[inline(always)]
+    fn is_before(&self, other: &Self) -> bool {
+        (self.x < other.x) | ((self.x == other.x) & (self.index < other.index))
+    }
+}
+
+/// The candidates of a pass; their distances are finite.
+pub(super) struct CandidateBuffer<T> {
     /// Distances, and then perhaps infinite ones up to a whole number of groups of lanes.
     x: Vec<T>,
     index: Vec<u32>,
 }
 
-impl<T: Real> Kept<T> {
-    /// None yet, with room for so many.
+impl<T: Real> CandidateBuffer<T> {
+    /// An empty buffer with room for `room` candidates.
     pub(super) fn with_capacity(room: usize) -> Self {
-        Kept { x: Vec::with_capacity(room + LANES), index: Vec::with_capacity(room + LANES) }
+        CandidateBuffer { x: Vec::with_capacity(room + LANES), index: Vec::with_capacity(room + LANES) }
     }
 
     #[inline(always)]
@@ -24,7 +53,7 @@ impl<T: Real> Kept<T> {
         self.index.len()
     }
 
-    /// One more.
+    /// Adds a candidate.
     #[inline(always)]
     pub(super) fn push(&mut self, x: T, index: usize) {
         self.x.push(x);
@@ -32,8 +61,8 @@ impl<T: Real> Kept<T> {
         self.index.push(index as u32);
     }
 
-    /// Some more: those of the points `first .. first + LANES` whose bit is set. Whole registers are written, and what is
-    /// too much is dropped: without a branch, for no processor could guess it.
+    /// Adds those of the points `first .. first + LANES` whose bit is set. Whole registers are written and the rest is dropped,
+    /// without a branch: no processor could guess it.
     #[inline(always)]
     pub(super) fn append<I: Instructions>(&mut self, simd: I, x: &Lanes<T>, keep: u16, first: usize) {
         #[allow(clippy::cast_possible_truncation, reason = "Points::new admits fewer than 2^32 points")]
@@ -45,41 +74,41 @@ impl<T: Real> Kept<T> {
         self.index.truncate(len);
     }
 
-    /// These, then others.
+    /// Adds all candidates of another buffer.
     pub(super) fn extend(&mut self, other: &Self) {
         self.x.truncate(self.len());
         self.x.extend_from_slice(&other.x[..other.len()]);
         self.index.extend_from_slice(&other.index);
     }
 
-    /// All, in the order in which they came.
+    /// The candidates in the order in which they came.
     pub(super) fn iter(&self) -> impl ExactSizeIterator<Item = Candidate<T>> {
         self.x.iter().zip(&self.index).map(|(&x, &index)| Candidate { x, index })
     }
 
-    /// The distance of the nearest; infinite if there is none.
+    /// The least distance; infinite if the buffer is empty.
     pub(super) fn least(&mut self, level: Level) -> T {
         level.run(Least(self.groups()))
     }
 
-    /// The `n`-th nearest, from 1; of two as near the one that came first. There must be as many.
+    /// The `n`-th nearest candidate, from 1; of two at one distance the one that came first. There must be as many.
     pub(super) fn nth(&mut self, n: usize, level: Level) -> Candidate<T> {
         let Found { x, place } = level.run(Nth { values: self.groups(), n });
         Candidate { x, index: self.index[place] }
     }
 
-    /// How many are below a limit, and the least distance that is not; infinite if there is none.
+    /// The number of distances below `limit`, and the least distance that is not below it; infinite if there is none.
     pub(super) fn cut(&mut self, limit: T, level: Level) -> (usize, T) {
         level.run(Cut { values: self.groups(), limit })
     }
 
-    /// The distances up to `limit`.
+    /// The distances of at most `limit`.
     pub(super) fn up_to(&self, limit: T) -> Vec<T> {
         self.x[..self.len()].iter().copied().filter(|x| *x <= limit).collect()
     }
 
-    /// Forget all but the `n` nearest; gives the last of them. There must be as many.
-    pub(super) fn thin(&mut self, n: usize, level: Level) -> T {
+    /// Drops all but the `n` nearest, and returns the distance of the last of them. There must be as many.
+    pub(super) fn keep_nearest(&mut self, n: usize, level: Level) -> T {
         let last = self.nth(n, level).x;
         let mut ties = n - self.cut(last, level).0;
         let mut len = 0;
@@ -95,7 +124,7 @@ impl<T: Real> Kept<T> {
         last
     }
 
-    /// The distances as lanes.
+    /// The distances in groups of lanes.
     fn groups(&mut self) -> &[Lanes<T>] {
         self.x.resize(self.len().next_multiple_of(LANES), T::INFINITY);
         self.x.as_chunks().0
