@@ -1,6 +1,6 @@
 //! The side of a body that faces the sensor, summed up cell by cell in each frame.
 
-use crate::error::{Error, finite};
+use crate::error::{Error, positive};
 use crate::real::median;
 
 /// Settings of the alignment.
@@ -31,9 +31,7 @@ impl Alignment {
         let [width, height] = self.cell;
         let settings = [("cell", width), ("cell", height), ("depth", self.depth), ("window", self.window)];
         for (name, value) in settings.into_iter().chain([("range_noise", self.range_noise)]) {
-            if finite(name, value)? <= 0.0 {
-                return Err(Error::new(name, format!("must be above 0, got {value:?}")));
-            }
+            positive(name, value)?;
         }
         Ok(self)
     }

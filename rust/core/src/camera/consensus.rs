@@ -1,7 +1,8 @@
-//! The matches that move as one body.
+//! The matches that move as one body: random sample consensus (RANSAC) over similarities.
 //!
-//! What does not belong to the body ahead, be it background or a mismatch, moves otherwise. So the similarity that most
-//! matches agree with is looked for, by two matches at a time, and refined until its matches are those that agree with it.
+//! A match that does not belong to the body ahead, be it background or a mismatch, moves in another way. So the similarity that
+//! most matches agree with is looked for, by two matches at a time, and refined until it is fitted to the matches that agree
+//! with it.
 
 use super::matches::Matches;
 use super::similarity::Similarity;
@@ -9,37 +10,38 @@ use crate::lanes::LANES;
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 
-/// How a consensus is looked for.
+/// The settings of the search for a consensus.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Search {
-    /// A match farther than this from where it should be, px, does not agree.
+pub(super) struct Ransac {
+    /// A match farther than this from where the similarity puts it, px, does not agree.
     pub tolerance: f64,
-    /// How many pairs of matches are tried.
+    /// The pairs of matches that are tried.
     pub trials: usize,
+    /// Seed of the random choice of pairs.
     pub seed: u64,
 }
 
-/// Of positions with a normal error, all but a twentieth are within so many standard deviations, squared: -2 ln 0.05.
+/// All but a twentieth of positions with a normal error are within this many standard deviations, squared: -2 ln 0.05.
 const WIDTH_SQUARED: f64 = 5.991_464_547_107_982;
 /// No match is left out for less than this, px.
 const LEAST_TOLERANCE: f64 = 0.1;
 /// With more than this share of coordinates unchanged, positions are rounded.
 const UNCHANGED: f64 = 0.1;
-/// It settles long before.
+/// The most rounds of the refinement, which settles long before.
 const MOST_ROUNDS: usize = 20;
 
-impl Search {
-    /// Those that agree; none of fewer than two matches, or if no two agree.
-    pub(super) fn agreed<T: Real>(self, matches: &Matches<T>, level: Level) -> Option<Matches<T>> {
+impl Ransac {
+    /// The matches that agree; `None` if there are fewer than two, or if no two agree.
+    pub(super) fn inliers<T: Real>(self, matches: &Matches<T>, level: Level) -> Option<Matches<T>> {
         let squared = self.tolerance * self.tolerance;
-        let elected = self.elected(matches, squared, level)?;
+        let best = self.best_of_pairs(matches, squared, level)?;
         let rounded = is_rounded(matches);
-        let mut agreed = agreeing(matches, elected, squared);
+        let mut agreed = inliers(matches, best, squared);
         for _ in 0..MOST_ROUNDS {
             let Some(fitted) = Similarity::fitted(&matches.select(&agreed)) else { break };
             let limit = if rounded { squared } else { squared.min(noise(matches, &agreed, fitted) * WIDTH_SQUARED) };
             let limit = limit.max(squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE));
-            let next = agreeing(matches, fitted, limit);
+            let next = inliers(matches, fitted, limit);
             if next.len() < 3 || next == agreed {
                 break;
             }
@@ -48,8 +50,8 @@ impl Search {
         Some(matches.select(&agreed))
     }
 
-    /// The similarity through two matches that most agree with; of several the first.
-    fn elected<T: Real>(self, matches: &Matches<T>, squared: f64, level: Level) -> Option<Similarity> {
+    /// The similarity through two matches that most matches agree with; of several the first.
+    fn best_of_pairs<T: Real>(self, matches: &Matches<T>, squared: f64, level: Level) -> Option<Similarity> {
         let others = matches.len().checked_sub(1).filter(|others| *others > 0)?;
         let mut random = SplitMix64(self.seed);
         let mut best = None;
@@ -68,7 +70,8 @@ impl Search {
     }
 }
 
-fn agreeing<T: Real>(matches: &Matches<T>, similarity: Similarity, squared: f64) -> Vec<usize> {
+/// The numbers of the matches that agree with a similarity.
+fn inliers<T: Real>(matches: &Matches<T>, similarity: Similarity, squared: f64) -> Vec<usize> {
     let agrees = |i: &usize| {
         let (p, c) = matches.get(*i);
         similarity.squared_residual(p, c) <= squared
@@ -76,7 +79,7 @@ fn agreeing<T: Real>(matches: &Matches<T>, similarity: Similarity, squared: f64)
     (0..matches.len()).filter(agrees).collect()
 }
 
-/// Variance of a coordinate, px^2, of some matches.
+/// The variance of a coordinate of some matches, px^2.
 fn noise<T: Real>(matches: &Matches<T>, those: &[usize], similarity: Similarity) -> f64 {
     let residual = |i: &usize| {
         let (p, c) = matches.get(*i);
@@ -85,8 +88,8 @@ fn noise<T: Real>(matches: &Matches<T>, those: &[usize], similarity: Similarity)
     those.iter().map(residual).sum::<f64>() / (2 * those.len()) as f64
 }
 
-/// Whether positions are those of pixels, of a picture or of a smaller copy of it: then many do not change at all, and the
-/// others change by too much. Errors are then as large as such a step, and only their mean says how far the body moved.
+/// Whether positions are rounded to the pixels of a picture or of a smaller copy of it. Then many do not change at all, and the
+/// others change by too much: errors are as large as such a step, and only their mean says how far the body moved.
 fn is_rounded<T: Real>(matches: &Matches<T>) -> bool {
     let same = |i: usize| {
         let (p, c) = matches.get(i);
@@ -132,7 +135,7 @@ impl SplitMix64 {
         mixed ^ (mixed >> 31)
     }
 
-    /// Two numbers below others, both of at most 32 bits, from the upper and the lower half of one.
+    /// Two numbers below two limits of at most 32 bits, from the upper and the lower half of one random number.
     fn below(&mut self, first: usize, second: usize) -> (usize, usize) {
         let bits = self.next();
         let scaled = |half: u64, limit: usize| {

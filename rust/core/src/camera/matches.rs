@@ -1,40 +1,44 @@
-//! Matched keypoints, and which of them count.
+//! Matched keypoints, which of them count, and an order in which whole blocks can be left out.
+//!
+//! Pairs count only from some distance on, and most of a car's are nearer to each other than that. When neighbours in the
+//! picture are neighbours in memory, whole blocks are out of reach of a match.
 
 use crate::column::Column;
 use crate::error::Error;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
+use crate::simd::Instructions;
 
-/// No picture is this wide, px. What lies farther out is not a position, and its square might not be a number.
+/// No picture is this wide, px. A number farther out is not a position, and its square might not be finite.
 const FARTHEST: f64 = 1e9;
 
-/// There are fewer matches than this: their pairs would take days.
+/// There are fewer matches than this, because the pairs of more would take days.
 pub(super) const MOST: usize = 1 << 24;
 
-/// Matched keypoints as the caller has them: match `i` went from `previous` number `i` to `current` number `i`.
+/// Matched keypoints in the memory of the caller. Match `i` moved from `previous` number `i` to `current` number `i`.
 #[derive(Clone, Copy, Debug)]
 pub struct Keypoints<'a, T> {
-    /// x and y in the earlier picture, px.
+    /// Columns x and y in the earlier picture, px.
     pub previous: [Column<'a, T>; 2],
-    /// x and y in the later picture, px.
+    /// Columns x and y in the later picture, px.
     pub current: [Column<'a, T>; 2],
 }
 
-/// x and y before, x and y now, of a group of matches.
+/// The x and y before and the x and y now of a group of matches.
 pub(super) type Block<T> = [Lanes<T>; 4];
 
 /// The matches that count, one after the other.
 ///
-/// They are gathered because every one is read about as often as there are others.
+/// They are copied because each is read about as often as there are others.
 pub(super) struct Matches<T> {
-    /// x and y before, x and y now, of each match.
+    /// The x and y before and the x and y now of each match.
     rows: Vec<[T; 4]>,
-    /// The same in groups of lanes, with NaN behind the last.
+    /// All matches in groups of lanes, with NaN behind the last.
     blocks: Vec<Block<T>>,
 }
 
 impl<T: Real> Matches<T> {
-    /// Every match whose four numbers are positions.
+    /// Gathers every match whose four numbers are positions.
     pub(super) fn gather(keypoints: Keypoints<'_, T>) -> Result<Self, Error> {
         let columns = [keypoints.previous, keypoints.current].concat();
         let len = columns[0].len();
@@ -48,7 +52,7 @@ impl<T: Real> Matches<T> {
         let mut rows = Vec::with_capacity(len);
         for i in 0..len {
             let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|column: usize| columns[column].get(i));
-            // One by one: as an array they would go through memory, in pieces, and be waited for.
+            // One by one: an array of them would go through memory in pieces, and the processor would wait for it.
             if is_position(x0) & is_position(y0) & is_position(x1) & is_position(y1) {
                 rows.push([x0, y0, x1, y1]);
             }
@@ -56,7 +60,7 @@ impl<T: Real> Matches<T> {
         Ok(Self::of(rows))
     }
 
-    /// Some of the matches.
+    /// The matches of some numbers, in their order.
     pub(super) fn select(&self, those: &[usize]) -> Self {
         Self::of(those.iter().map(|i| self.rows[*i]).collect())
     }
@@ -72,23 +76,23 @@ impl<T: Real> Matches<T> {
         Matches { blocks: rows.chunks(LANES).map(block).collect(), rows }
     }
 
-    /// All of them in groups of lanes, with NaN behind the last.
+    /// All matches in groups of lanes, with NaN behind the last.
     #[inline(always)]
     pub(super) fn blocks(&self) -> &[Block<T>] {
         &self.blocks
     }
 
-    /// How many there are.
+    /// The number of matches.
     pub(super) fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no matches.
     pub(super) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Where match `i` was and where it is.
+    /// The positions of match `i` before and now.
     #[inline(always)]
     pub(super) fn get(&self, i: usize) -> ([f64; 2], [f64; 2]) {
         let [x0, y0, x1, y1] = self.rows[i].map(T::to_f64);
@@ -98,4 +102,141 @@ impl<T: Real> Matches<T> {
 
 fn is_position<T: Real>(value: T) -> bool {
     (-FARTHEST..=FARTHEST).contains(&value.to_f64())
+}
+
+/// Tiles are worth it from this many matches on. With fewer, patches are too large for any to be left out.
+const WORTH_IT: usize = 24 * LANES;
+
+/// Matches in two orders.
+pub(super) struct Tiles<T> {
+    /// An order in which neighbours in memory are far apart in the picture. Detectors deliver matches from top to bottom, and a
+    /// sample by place in memory has to be one by place in the picture.
+    pub mixed: Matches<T>,
+    /// An order in which neighbours are neighbours: blocks are patches of the later picture.
+    pub tiled: Matches<T>,
+    /// The bounds of the blocks, a lane for each.
+    pub places: Vec<Places<T>>,
+}
+
+/// The bounds of some blocks in the later picture: least and largest x, least and largest y.
+pub(super) struct Places<T>([Lanes<T>; 4]);
+
+impl<T: Real> Tiles<T> {
+    /// Sorts matches into tiles; `None` of too few.
+    pub(super) fn new(matches: &Matches<T>) -> Option<Self> {
+        if matches.len() < WORTH_IT {
+            return None;
+        }
+        let (mixed, tiled) = (matches.select(&mixed(matches.len())), matches.select(&by_cells(matches)));
+        let bounds = tiled.blocks().iter().map(|[_, _, x, y]| (bounds(x), bounds(y)));
+        let bounds: Vec<_> = bounds.collect();
+        let places = bounds.chunks(LANES).map(|bounds| {
+            let mut places = [[T::NAN; LANES]; 4];
+            for (lane, ((left, right), (top, bottom))) in bounds.iter().enumerate() {
+                for (place, bound) in places.iter_mut().zip([left, right, top, bottom]) {
+                    place[lane] = *bound;
+                }
+            }
+            Places(places)
+        });
+        Some(Tiles { mixed, places: places.collect(), tiled })
+    }
+}
+
+impl<T: Real> Places<T> {
+    /// A bit for each block that may hold a match whose squared distance now from one of some matches is at least `squared`.
+    #[inline(always)]
+    pub(super) fn in_reach<I: Instructions, const N: usize>(
+        &self,
+        simd: I,
+        from: &[(usize, [T; 4]); N],
+        squared: T,
+    ) -> u16 {
+        let Places([left, right, top, bottom]) = self;
+        let mut farthest = [T::from_f64(-1.0); LANES]; // for lanes without a block
+        for (_, [_, _, x, y]) in from {
+            for lane in 0..LANES {
+                let (x, y) = (apart(*x, left[lane], right[lane]), apart(*y, top[lane], bottom[lane]));
+                let distance = x * x + y * y;
+                farthest[lane] = if distance > farthest[lane] { distance } else { farthest[lane] };
+            }
+        }
+        T::within(simd, &[squared; LANES], &[T::ZERO; LANES], &farthest)
+    }
+}
+
+/// The largest difference of a number from those between two others.
+#[inline(always)]
+fn apart<T: Real>(x: T, low: T, high: T) -> T {
+    let (above, below) = (x - low, high - x);
+    if above > below { above } else { below }
+}
+
+/// The least and the largest lane; NaN is passed over.
+fn bounds<T: Real>(x: &Lanes<T>) -> (T, T) {
+    let (mut low, mut high) = (x[0], x[0]);
+    for x in x {
+        low = if *x < low { *x } else { low };
+        high = if *x > high { *x } else { high };
+    }
+    (low, high)
+}
+
+/// The numbers below `count`, neighbours far apart.
+fn mixed(count: usize) -> Vec<usize> {
+    // Steps by the golden ratio fill any range evenly. A step that divides the count would come back too soon.
+    let mut step = count * 618 / 1000;
+    while !is_coprime(step, count) {
+        step += 1;
+    }
+    let following = |at: &usize| Some(if at + step < count { at + step } else { at + step - count });
+    std::iter::successors(Some(0), following).take(count).collect()
+}
+
+fn is_coprime(mut a: usize, mut b: usize) -> bool {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a == 1
+}
+
+/// The numbers of the matches, sorted by the cells of a grid over the later picture, row by row, there and back. A cell holds
+/// about a block.
+fn by_cells<T: Real>(matches: &Matches<T>) -> Vec<usize> {
+    let count = matches.len();
+    let side = (count as f64 / LANES as f64).sqrt().ceil();
+    let positions = (0..count).map(|i| matches.get(i).1);
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for position in positions.clone() {
+        for axis in 0..2 {
+            low[axis] = low[axis].min(position[axis]);
+            high[axis] = high[axis].max(position[axis]);
+        }
+    }
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to less than a side")]
+    let cell = |position: [f64; 2]| {
+        let [column, row] = [0, 1].map(|axis| {
+            let span = high[axis] - low[axis];
+            let place = if span > 0.0 { (position[axis] - low[axis]) / span * side } else { 0.0 };
+            place.min(side - 1.0) as usize
+        });
+        let side = side as usize;
+        row * side + if row.is_multiple_of(2) { column } else { side - 1 - column }
+    };
+    let cells: Vec<usize> = positions.map(cell).collect();
+    let mut ends = vec![0; cells.iter().max().map_or(0, |last| last + 1)];
+    for cell in &cells {
+        ends[*cell] += 1;
+    }
+    let mut end = 0;
+    for entry in &mut ends {
+        end += *entry;
+        *entry = end;
+    }
+    let mut order = vec![0; count];
+    for (i, cell) in cells.iter().enumerate().rev() {
+        ends[*cell] -= 1;
+        order[ends[*cell]] = i;
+    }
+    order
 }

@@ -1,22 +1,20 @@
-//! Means of the pairs' ratios: of all, or without the lowest and the highest.
+//! Means of the pairs' ratios: the mean of all, and the mean without the lowest and the highest.
 
-use super::bracket::in_order;
 use super::matches::{Block, Matches};
-use super::pairs::{Ratio, Rule, quotients};
-use super::strips::{Look, Pairs, Part};
+use super::pairs::{Pairs, Part, Ratio, Rule, Visitor, in_order, quotients};
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 
-/// The mean of all ratios; none if no pair counts.
+/// The mean of all ratios; `None` if no pair counts.
 pub(super) fn mean<T: Real>(matches: &Matches<T>, rule: Rule, level: Level) -> Option<Ratio> {
     let (sum, pairs) = level.run(Sum { matches, rule });
     (pairs > 0).then(|| Ratio { ratio: sum / pairs as f64, pairs })
 }
 
-/// The mean without a share of the lowest and the same of the highest; none if no pair counts.
+/// The mean without a share of the lowest ratios and the same share of the highest; `None` if no pair counts.
 ///
-/// `pairs` are those that are left.
+/// The number of pairs in the result is that of the ratios that are left.
 pub(super) fn trimmed<T: Real>(matches: &Matches<T>, rule: Rule, share: f64) -> Option<Ratio> {
     let pairs = (0..matches.len()).flat_map(|i| (i + 1..matches.len()).map(move |j| rule.quotient(matches, i, j)));
     let mut quotients: Vec<f64> = pairs.filter(|(_, counts)| *counts).map(|(quotient, _)| quotient).collect();
@@ -32,7 +30,7 @@ pub(super) fn trimmed<T: Real>(matches: &Matches<T>, rule: Rule, share: f64) -> 
     Some(Ratio { ratio: sum / left as f64, pairs: left })
 }
 
-/// Adds up the ratios of the pairs that count, lane by lane: the same at every level.
+/// Adds up the ratios of the pairs that count, lane by lane, so that the sum does not depend on the level.
 struct Sum<'m, T> {
     matches: &'m Matches<T>,
     rule: Rule,
@@ -52,16 +50,16 @@ impl<T: Real> Kernel for Sum<'_, T> {
     }
 }
 
-/// Roots of quotients added up.
+/// The sums of ratios and the counts of pairs of each lane.
 struct Ratios {
     rule: Rule,
     sums: Lanes<f64>,
     counts: Lanes<f64>,
 }
 
-impl<T: Real> Look<T> for Ratios {
+impl<T: Real> Visitor<T> for Ratios {
     #[inline(always)]
-    fn look<I: Instructions>(&mut self, _: I, _: usize, from: [T; 4], _: usize, block: &Block<T>) {
+    fn visit<I: Instructions>(&mut self, _: I, _: usize, from: [T; 4], _: usize, block: &Block<T>) {
         let quotients = quotients(block, from, self.rule);
         for lane in 0..LANES {
             let counts = quotients[lane] >= 0.0;

@@ -1,31 +1,22 @@
 //! Time-to-collision from how a thing grows in the picture, with no distance at all.
 //!
-//! [`matches`] says which matched keypoints count, [`pairs`] which pairs of them do. [`median`] is the exact median of the
-//! pairs' ratios: [`bracket`], [`tiles`] and [`count`] find it where ratios differ, [`ties`] where many are the same. [`mean`],
-//! [`similarity`] and [`consensus`] are other ways to one scale, [`scale`] makes a time of it.
+//! [`matches`] says which matched keypoints count. An [`estimator`] makes one scale of them: [`median`] is the exact median of
+//! all pairs' ratios, with [`ties`] where many are equal; [`mean`] is their mean; [`similarity`] is a fit to all matches, and
+//! [`consensus`] finds the matches that move as one body. [`pairs`] goes through all pairs, sixteen at a time.
 
-mod bracket;
 mod consensus;
-mod count;
 mod estimator;
 mod matches;
 mod mean;
 mod median;
 mod pairs;
-mod scale;
-mod search;
 mod similarity;
-mod strips;
 mod ties;
-mod tiles;
-mod undecided;
 
 pub use estimator::Estimator;
 pub use matches::Keypoints;
-pub use scale::{ttc_from_heights, ttc_from_scale};
 
-use crate::error::elapsed;
-use crate::error::{Error, non_negative};
+use crate::error::{Error, elapsed, non_negative, positive};
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
@@ -33,26 +24,58 @@ use estimator::Estimate;
 use matches::Matches;
 use pairs::Rule;
 
-/// Time-to-collision from matched keypoints, and what it rests on.
+/// Time-to-collision from the size of a thing in the picture over its size `dt` seconds before, s.
+///
+/// It is `dt / (scale - 1)`, and infinite when the thing does not grow.
+///
+/// # Errors
+/// When the scale is not finite and above 0, or `dt` is not a time.
+pub fn ttc_from_scale(scale: f64, dt: f64) -> Result<f64, Error> {
+    positive("scale", scale).map_err(|error| error.hint("it is the size now over the size before"))?;
+    elapsed(dt)?;
+    Ok(time(scale, dt))
+}
+
+/// Time-to-collision from two heights of one thing in the picture, `dt` seconds apart, s.
+///
+/// It is `previous dt / (current - previous)`, and infinite when the thing does not grow.
+///
+/// # Errors
+/// When a height is not finite and above 0, or `dt` is not a time.
+pub fn ttc_from_heights(previous: f64, current: f64, dt: f64) -> Result<f64, Error> {
+    for (argument, height) in [("previous", previous), ("current", current)] {
+        positive(argument, height).map_err(|error| error.hint("it is the height of a thing that is seen, px"))?;
+    }
+    elapsed(dt)?;
+    let grown = current - previous;
+    Ok(if grown <= 0.0 { f64::INFINITY } else { previous * (dt / grown) })
+}
+
+/// The time for a scale that is a number.
+fn time(scale: f64, dt: f64) -> f64 {
+    if scale <= 1.0 { f64::INFINITY } else { dt / (scale - 1.0) }
+}
+
+/// Time-to-collision from matched keypoints, and the scale that it rests on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeypointTtc {
-    /// s; infinite where nothing closes or too little is known.
+    /// Time-to-collision, s; infinite where nothing closes or too little is known.
     pub ttc: f64,
-    /// What it means.
+    /// What the numbers mean.
     pub status: Status,
-    /// How many times as large the thing looks now. NaN without one.
+    /// The size in the picture now over the size before. NaN without a scale.
     pub scale: f64,
-    /// Standard error of the scale. NaN with fewer than three matches.
+    /// The standard error of the scale. NaN with fewer than three matches.
     pub spread: f64,
-    /// Ratios of distances that the scale rests on; 0 for an estimator that needs none.
+    /// The number of ratios of distances that the scale rests on; 0 for an estimator that uses none.
     pub pairs: usize,
-    /// Matches that count.
+    /// The number of matches that count.
     pub matches: usize,
-    /// How many of them stand behind the scale.
+    /// The number of matches that stand behind the scale.
     pub support: usize,
 }
 
-/// Time-to-collision by keypoints matched between two pictures taken `dt` seconds apart.
+/// Time-to-collision from keypoints matched between two pictures taken `dt` seconds apart.
 ///
 /// # Errors
 /// When `dt` is not a time, the distance or the estimator's settings make no sense, or there are not as many positions now as
@@ -84,7 +107,24 @@ pub fn ttc_from_keypoints<T: Real>(
     let Some(Estimate { scale, spread, pairs, support }) = estimator.estimate(&matches, rule, level, threads) else {
         return Ok(KeypointTtc { status: Status::TooFew, ..nothing });
     };
-    let ttc = scale::time(scale, dt);
+    let ttc = time(scale, dt);
     let status = if ttc < f64::INFINITY { Status::Closing } else { Status::NotClosing };
     Ok(KeypointTtc { ttc, status, scale, spread, pairs, support, ..nothing })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ttc_from_heights, ttc_from_scale};
+
+    #[test]
+    fn growing_standing_shrinking() {
+        assert!((ttc_from_scale(1.05, 0.1).unwrap() - 2.0).abs() < 1e-12);
+        assert_eq!(ttc_from_scale(1.0, 0.1).unwrap(), f64::INFINITY);
+        assert_eq!(ttc_from_scale(0.5, 0.1).unwrap(), f64::INFINITY);
+        assert!((ttc_from_heights(100.0, 105.0, 0.1).unwrap() - 2.0).abs() < 1e-12);
+        assert_eq!(ttc_from_heights(105.0, 105.0, 0.1).unwrap(), f64::INFINITY);
+        assert!(ttc_from_scale(0.0, 0.1).is_err());
+        assert!(ttc_from_heights(0.0, 105.0, 0.1).is_err());
+        assert!(ttc_from_heights(100.0, 105.0, 0.0).is_err());
+    }
 }

@@ -1,10 +1,10 @@
-//! A similarity between two pictures: scale, turn and shift at once.
+//! Similarities between two pictures: scale, turn and shift at once.
 
 use super::matches::Matches;
 use super::pairs::SAME_SPOT;
 use crate::real::Real;
 
-/// `now = turn before + shift`, points and the turn being complex numbers.
+/// The map `now = turn before + shift`, where points and the turn are complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Similarity {
     pub turn: [f64; 2],
@@ -22,7 +22,7 @@ struct Centred {
 }
 
 impl Centred {
-    /// None of no matches, and of matches that are on one spot on average. Sums are taken in order.
+    /// Centres matches; `None` if there are none, or if all are on one spot. Sums are taken in order.
     fn of<T: Real>(matches: &Matches<T>) -> Option<Self> {
         let count = matches.len() as f64;
         let [mut before, mut now] = [[0.0; 2]; 2];
@@ -43,13 +43,13 @@ impl Centred {
 }
 
 impl Similarity {
-    /// That of the least squared distances in the later picture.
+    /// The similarity of the least squared distances in the later picture.
     pub(super) fn fitted<T: Real>(matches: &Matches<T>) -> Option<Self> {
         let Centred { before, now, size, product } = Centred::of(matches)?;
         Some(Self::about(product.map(|part| part / size), before, now))
     }
 
-    /// That which takes two points where they went.
+    /// The similarity that takes two matches where they went; `None` if both were on one spot.
     pub(super) fn through<T: Real>(matches: &Matches<T>, i: usize, j: usize) -> Option<Self> {
         let ((before, now), (p, c)) = (matches.get(i), matches.get(j));
         let (p, c) = (minus(p, before), minus(c, now));
@@ -63,12 +63,12 @@ impl Similarity {
         Similarity { turn, shift: minus(now, moved) }
     }
 
-    /// How many times as large it makes things.
+    /// The factor by which it enlarges.
     pub(super) fn scale(self) -> f64 {
         (self.turn[0] * self.turn[0] + self.turn[1] * self.turn[1]).sqrt()
     }
 
-    /// How far a match is from where it should be now, squared.
+    /// The squared distance of a match from where the similarity puts it now.
     #[inline(always)]
     pub(super) fn squared_residual(self, p: [f64; 2], c: [f64; 2]) -> f64 {
         let x = self.turn[0] * p[0] - self.turn[1] * p[1] + self.shift[0] - c[0];
@@ -77,7 +77,8 @@ impl Similarity {
     }
 }
 
-/// Standard error of a scale: how far the matches are from it, by the best turn and shift, over how far apart they are.
+/// The standard error of a scale: the distance of the matches from where it puts them by the best turn and shift, over the
+/// distance between the matches.
 pub(super) fn spread<T: Real>(matches: &Matches<T>, scale: f64) -> f64 {
     let freedom = (2 * matches.len()).saturating_sub(4);
     let Some(Centred { before, now, size, product }) = Centred::of(matches).filter(|_| freedom > 0) else {

@@ -1,40 +1,35 @@
-//! The exact median where many ratios are the same, or almost.
+//! The exact median of all pairs' ratios where many ratios are equal, or almost.
 //!
-//! Positions on the pixels of a picture, and a thing that hardly moves, make ratios of exactly 1 by the thousand. So the ends
-//! of a bracket are values of a sample here, every quotient is computed in float64, and those equal to an end are counted, not
-//! kept. Such a pass takes several times one of [`count`](super::count), and one or two are enough.
+//! Positions on the pixels of a picture, and a thing that hardly moves, make ratios of exactly 1 by the thousand. So the ends of
+//! a bracket are values of a sample here, every quotient is computed in float64, and those equal to an end are counted, not
+//! kept. Such a pass takes several times as long as one that only counts, and one or two are enough.
 
-use super::bracket::{Bracket, Middle, in_order};
-use super::matches::{Block, Matches};
-use super::pairs::{Ratio, Rule, quotients};
-use super::search::Search;
-use super::strips::{Look, Pairs, Part};
-use super::tiles::Places;
-use super::undecided::Undecided;
+use super::matches::{Block, Matches, Places};
+use super::pairs::{AllPairs, Borderline, Bracket, Middle, Pairs, Part, Ratio, Rule, Visitor, in_order, quotients};
 use crate::lanes::{LANES, Lanes, least};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel};
 use crate::threads::pieces;
 
-/// About how many groups of pairs a sample has.
+/// The number of groups of pairs in a sample, about.
 const SAMPLE: usize = 256;
-/// Values inside a bracket are kept, from at most so many groups of pairs.
+/// The groups of pairs whose values inside a bracket are kept.
 const ROOM: usize = 1 << 18;
-/// How far the ends are from where the value should be, in standard deviations of the rank of a sample's median.
+/// The distance of the ends from where the value should be, in standard deviations of the rank of a sample's median.
 const DEVIATIONS: f64 = 3.0;
-/// Fewer double strips than this are not worth a thread of their own.
+/// The fewest double strips that are worth a thread of their own.
 const LEAST_PIECE: usize = 128;
 
-/// The median; none if no pair counts.
-pub(super) fn median<T: Real>(search: &Search<'_, T>) -> Option<Ratio> {
+/// The median of all pairs' ratios; `None` if no pair counts.
+pub(super) fn median<T: Real>(pairs: &AllPairs<'_, T>) -> Option<Ratio> {
     let mut region = Region::ALL;
     loop {
-        let sides = search.split(search.ends(region)?);
+        let sides = pairs.split(pairs.ends(region)?);
         let middle = Middle::of(sides.count());
         match sides.value_at(middle.low) {
             Some(low) => {
                 let high = sides.value_at(middle.high);
-                let high = high.unwrap_or_else(|| search.split(Bracket { low, high: low }).next);
+                let high = high.unwrap_or_else(|| pairs.split(Bracket { low, high: low }).next);
                 return Some(Ratio::between(low, high, sides.count()));
             }
             None => region = sides.region_of(middle.low, region),
@@ -42,13 +37,13 @@ pub(super) fn median<T: Real>(search: &Search<'_, T>) -> Option<Ratio> {
     }
 }
 
-/// The values strictly between two others.
+/// The values strictly between two others, one of which is looked for.
 #[derive(Clone, Copy)]
 struct Region {
     open: Bracket,
-    /// How many values come before them.
+    /// The number of values before them.
     before: usize,
-    /// How many of them come before the one looked for, of 1.
+    /// The share of them before the one that is looked for.
     share: f64,
 }
 
@@ -57,8 +52,8 @@ impl Region {
     const ALL: Region = Region { open: Bracket { low: -1.0, high: f64::INFINITY }, before: 0, share: 0.5 };
 }
 
-impl<T: Real> Search<'_, T> {
-    /// Two values of the region between which the one looked for should be; none if the region has no values.
+impl<T: Real> AllPairs<'_, T> {
+    /// Two values of the region between which the one that is looked for should be; `None` if the region has no values.
     fn ends(&self, region: Region) -> Option<Bracket> {
         let (matches, rule) = (self.sampled, self.rule);
         let n = matches.len();
@@ -79,7 +74,7 @@ impl<T: Real> Search<'_, T> {
         Some(Bracket { low: at((place - margin).floor()), high: at((place + margin).ceil()) })
     }
 
-    /// What lies on each side of two values.
+    /// Counts the values on each side of two values.
     fn split(&self, bracket: Bracket) -> Sides {
         let sides = pieces(self.threads, Part::double_strips(self.matches.len()), LEAST_PIECE, |double_strips| {
             let part = Part { double_strips, every: 1 };
@@ -90,24 +85,24 @@ impl<T: Real> Search<'_, T> {
     }
 }
 
-/// How many values lie where.
+/// The numbers of values on each side of a bracket, and at its ends.
 struct Sides {
     bracket: Bracket,
     below: usize,
     at_low: usize,
-    /// Strictly inside.
+    /// The number of values strictly inside.
     inside: usize,
-    /// Those inside, or the first of them if they are too many.
+    /// The values inside, or the first of them if there are too many.
     kept: Vec<f64>,
-    /// 0 if both ends are the same.
+    /// The number of values at the upper end; 0 if both ends are equal.
     at_high: usize,
     above: usize,
-    /// The least above.
+    /// The least value above.
     next: f64,
 }
 
 impl Sides {
-    /// These and others.
+    /// Adds the numbers of other pairs.
     fn with(mut self, other: Self) -> Self {
         self.below += other.below;
         self.at_low += other.at_low;
@@ -135,12 +130,12 @@ impl Sides {
         }
     }
 
-    /// How many values there are.
+    /// The number of all values.
     fn count(&self) -> usize {
         self.below + self.at_low + self.inside + self.at_high + self.above
     }
 
-    /// Where in the region that was looked at a rank lies whose value is not known.
+    /// The part of the region `looked` at that holds a rank whose value is not known.
     fn region_of(&self, rank: usize, looked: Region) -> Region {
         let Bracket { low, high } = self.bracket;
         let beyond = self.count() - self.above;
@@ -170,36 +165,36 @@ impl<T: Real> Kernel for Split<'_, T> {
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Sides {
         let Split { matches, places, rule, bracket, part } = self;
-        let mut inside = Undecided::new(&part, matches.len(), ROOM);
+        let mut inside = Borderline::new(&part, matches.len(), ROOM);
         let mut splitting = Splitting { rule, tally: Tally::new(bracket), inside: &mut inside };
         let least = T::not_above(rule.least * (1.0 - T::SLACK.to_f64()));
         Pairs { matches, places, least, part }.each(simd, &mut splitting);
         let tally = splitting.tally;
-        tally.sides(inside.decided(matches, rule))
+        tally.sides(inside.quotients(matches, rule))
     }
 }
 
 struct Splitting<'u> {
     rule: Rule,
     tally: Tally,
-    inside: &'u mut Undecided,
+    inside: &'u mut Borderline,
 }
 
-impl<T: Real> Look<T> for Splitting<'_> {
+impl<T: Real> Visitor<T> for Splitting<'_> {
     #[inline(always)]
-    fn look<I: Instructions>(&mut self, simd: I, i: usize, from: [T; 4], j: usize, block: &Block<T>) {
+    fn visit<I: Instructions>(&mut self, simd: I, i: usize, from: [T; 4], j: usize, block: &Block<T>) {
         let inside = self.tally.add(simd, &quotients(block, from, self.rule));
         self.inside.note(i, j, inside);
     }
 
     #[inline(always)]
-    fn goes_on(&mut self) -> bool {
-        self.inside.is_overflown(); // what is counted is counted
+    fn continues(&mut self) -> bool {
+        self.inside.is_overflown(); // the counts stay right
         true
     }
 }
 
-/// What has been counted, by lanes; exact, as there are fewer than 2^53 pairs.
+/// The counts of each lane; they are exact, as there are fewer than 2^53 pairs.
 struct Tally {
     bracket: Bracket,
     below: Lanes<f64>,
@@ -218,7 +213,7 @@ impl Tally {
         Tally { bracket, below: zero, at_low: zero, inside: zero, at_high: zero, above: zero, next }
     }
 
-    /// Count values, but NaN, and give the bits of those strictly inside.
+    /// Counts values, passes over NaN, and returns the bits of those strictly inside.
     #[inline(always)]
     fn add<I: Instructions>(&mut self, simd: I, values: &Lanes<f64>) -> u16 {
         let Bracket { low, high } = self.bracket;

@@ -6,9 +6,9 @@
 
 use super::answer::TrackedTtc;
 use super::filter::Measurement;
-use super::settings::{Settings, above_zero};
+use super::settings::Settings;
 use super::track::{Innovation, NORMAL, NoiseLevel, Track};
-use crate::error::Error;
+use crate::error::{Error, positive};
 use crate::status::Status;
 
 /// Follows the distance of the nearest target over several frames.
@@ -65,7 +65,7 @@ impl DistanceTracker {
     /// # Errors
     /// When `noise` is not above 0.
     pub fn update(&mut self, distance: f64, stamp: f64, noise: Option<f64>) -> Result<TrackedTtc, Error> {
-        let noise = noise.map(|noise| above_zero("noise", noise)).transpose()?;
+        let noise = noise.map(|noise| positive("noise", noise)).transpose()?;
         let seconds = stamp - self.origin.unwrap_or(stamp);
         let out_of_order = self.origin.is_some() && seconds <= self.newest;
         if !seconds.is_finite() || out_of_order || distance == f64::NEG_INFINITY {

@@ -1,6 +1,6 @@
 //! The settings of a tracker: the motion model, the noise, and when a distance belongs to another target.
 
-use crate::error::Error;
+use crate::error::{Error, count_in, duration, non_negative, positive};
 
 /// The motion model, and how it is fitted to distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,14 +108,12 @@ impl Settings {
     pub fn checked(self) -> Result<Self, Error> {
         self.method.checked()?;
         self.noise.checked()?;
-        above_zero("gate", self.innovation_gate)?;
-        above_zero("jump", self.jump)?;
-        above_zero("max_gap", self.max_gap)?;
-        above_zero("max_speed", self.max_speed)?;
-        crate::error::non_negative("min_closing_speed", self.min_closing_speed)?;
-        if !(2..=1000).contains(&self.confirm) {
-            return Err(Error::new("confirm", format!("must be from 2 to 1000 frames, got {}", self.confirm)));
-        }
+        positive("gate", self.innovation_gate)?;
+        positive("jump", self.jump)?;
+        positive("max_gap", self.max_gap)?;
+        positive("max_speed", self.max_speed)?;
+        non_negative("min_closing_speed", self.min_closing_speed)?;
+        count_in("confirm", self.confirm as usize, 2..=1000)?;
         Ok(self)
     }
 }
@@ -128,23 +126,23 @@ impl Method {
     pub fn checked(self) -> Result<Self, Error> {
         match self {
             Method::SlidingLine { window, acceleration } | Method::TheilSen { window, acceleration } => {
-                time("window", window)?;
-                crate::error::non_negative("acceleration", acceleration)?;
+                duration("window", window, LONGEST)?;
+                non_negative("acceleration", acceleration)?;
             }
             Method::SlidingParabola { window, jerk } => {
-                time("window", window)?;
-                crate::error::non_negative("jerk", jerk)?;
+                duration("window", window, LONGEST)?;
+                non_negative("jerk", jerk)?;
             }
             Method::AlphaBeta { memory, acceleration } => {
-                time("memory", memory)?;
-                crate::error::non_negative("acceleration", acceleration)?;
+                duration("memory", memory, LONGEST)?;
+                non_negative("acceleration", acceleration)?;
             }
             Method::KalmanCv { acceleration } => {
-                above_zero("acceleration", acceleration)?;
+                positive("acceleration", acceleration)?;
             }
             Method::KalmanCa { jerk, acceleration } => {
-                above_zero("jerk", jerk)?;
-                above_zero("acceleration", acceleration)?;
+                positive("jerk", jerk)?;
+                positive("acceleration", acceleration)?;
             }
         }
         Ok(self)
@@ -159,32 +157,15 @@ impl Noise {
     pub fn checked(self) -> Result<Self, Error> {
         match self {
             Noise::Given(noise) => {
-                above_zero("noise", noise)?;
+                positive("noise", noise)?;
             }
             Noise::Estimated { start, frames } => {
-                above_zero("start", start)?;
+                positive("start", start)?;
                 if !(frames >= 5.0 && frames.is_finite()) {
                     return Err(Error::new("frames", format!("must be finite and at least 5, got {frames:?}")));
                 }
             }
         }
         Ok(self)
-    }
-}
-
-/// Returns `value` if it is a finite number above 0.
-pub(super) fn above_zero(argument: &'static str, value: f64) -> Result<f64, Error> {
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err(Error::new(argument, format!("must be finite and above 0, got {value:?}")))
-    }
-}
-
-fn time(argument: &'static str, value: f64) -> Result<f64, Error> {
-    if value > 0.0 && value <= LONGEST {
-        Ok(value)
-    } else {
-        Err(Error::new(argument, format!("must be above 0 and at most {LONGEST} s, got {value:?}")))
     }
 }
