@@ -18,6 +18,7 @@ from ttc_fast.logs.log import (
     ScanFrame,
     ScanLog,
     Scanner,
+    files_in,
     forward_left_up,
 )
 from ttc_fast.logs.mcap import McapFile
@@ -111,14 +112,14 @@ def _open_folder(path: Path, options: LogOptions) -> AnyLog:
     if is_bag_folder(path):
         return open_bag(BagFolder(path), options)
     # The name of a file ends as in one of the formats, the first that fits.
-    files = (file for file in path.iterdir() if file.is_file())
+    files = files_in(path)
     found = {next((form for form in CLOUDS if form.has(file)), None) for file in files} - {None}
     if len(found) > 1:
         several = " and ".join(sorted(form.name for form in found if form))
         raise LogError(path, f"holds {several}; give each kind a folder of its own")
     form = found.pop() if found else None
     if form is None:
-        logs = sorted(file.name for file in path.iterdir() if file.name.lower().endswith(SUFFIXES))
+        logs = [file.name for file in files if file.name.lower().endswith(SUFFIXES)]
         if logs:
             raise LogError(path, f"is a folder of logs, {logs[0]} and others; give them by their names: {path}/*")
         raise LogError(path, f"holds no frames that can be read; can read {FORMATS}; give the folder that holds them")
@@ -127,6 +128,8 @@ def _open_folder(path: Path, options: LogOptions) -> AnyLog:
 
 def _open_file(path: Path, options: LogOptions) -> AnyLog:
     name = path.name.lower()
+    if name.startswith("._"):
+        raise LogError(path, f"is what macOS keeps beside {path.name[2:]}, and no log; leave it out")
     for form in CLOUDS:
         if form.has(path):
             return CloudFiles(path, form, options)

@@ -60,6 +60,7 @@ class CarmenLog:
 
     frame_count = None
     clock = "stamps of the log"
+    assumed = ""
 
     def __init__(self, path: Path, options: LogOptions) -> None:
         options.only((*SCANNER, "speed", "max_speed_age"), path, "a CARMEN log")

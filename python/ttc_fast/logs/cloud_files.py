@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.log import CloudFrame, LogError
+from ttc_fast.logs.log import CloudFrame, LogError, ReadErrors, files_in
 from ttc_fast.logs.options import LIDAR
-from ttc_fast.logs.stamps import STAMPS, read_stamps
+from ttc_fast.logs.stamps import LISTS, Series, read_stamps, series_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ttc_fast.logs.options import LogOptions
 
 DAMAGED = (EOFError, zlib.error, gzip.BadGzipFile)
-OPTIONS = (*LIDAR, "rate", "speed")
+OPTIONS = ("topic", *LIDAR, "rate", "speed")
 
 
 @dataclass(frozen=True)
@@ -33,17 +33,15 @@ class CloudFormat:
     Attributes
     ----------
     name : str
-        For people.
+        The name of the format, for people.
     suffixes : tuple of str
-        Of the files, in lower case; without and with compression.
+        The endings of the files' names, in lower case, without and with compression.
     lidar : Lidar
-        Where it sits, as far as the format says.
+        Where the lidar sits, as far as the format says.
     rate : float
-        Frames per second, where nothing says when they were.
+        How many frames a second are assumed where nothing says when they were.
     read : function
         Reads a file.
-    stamp : function
-        Says when a frame was, by its name, s; or None.
     """
 
     name: str
@@ -51,66 +49,104 @@ class CloudFormat:
     lidar: Lidar
     rate: float
     read: Callable[[Path], NDArray[Any]]
-    stamp: Callable[[str], float | None]
 
     def has(self, path: Path) -> bool:
         """Whether the name is that of a frame."""
         return path.name.lower().endswith(self.suffixes)
 
+    def stem(self, path: Path) -> str:
+        """Return the name of a frame without its ending."""
+        suffix = max((suffix for suffix in self.suffixes if path.name.lower().endswith(suffix)), key=len)
+        return path.name[: -len(suffix)]
+
 
 class CloudFiles:
-    """A folder of clouds in the order of their names, or a single one.
+    """A folder of clouds, or a single one.
 
-    Stamps are those of ``timestamps.txt`` in the folder or the one above, else those in the names; without either, as
-    many frames a second as the format has.
+    The order of the frames is that of the stamps or numbers in their names. Stamps are those of a list beside the
+    frames, such as ``timestamps.txt``, else those in the names; without either a rate is assumed, and ``assumed`` says
+    so. A folder with the frames of several sensors or vehicles is several logs, of which the option ``topic`` chooses
+    one; without it the one with the most frames is read, and the others are reported as an error.
 
     Parameters
     ----------
     path : Path
-        Of the folder, or of a file. Frames are read one by one, while iterating.
+        The folder, or a file. Frames are read one by one, while iterating.
     form : CloudFormat
-        Of the files.
+        The format of the files.
     options : LogOptions
         What the user says of them.
 
     Raises
     ------
     LogError
-        If there are none, or the stamps do not fit them. While iterating, if a frame cannot be read.
+        If there are none, or the stamps do not fit them. While iterating, if a frame cannot be read; after the last
+        frame, if there are frames of other sensors.
     """
 
     def __init__(self, path: Path, form: CloudFormat, options: LogOptions) -> None:
         options.only(OPTIONS, path, form.name)
         self.path = path
         self._form = form
-        self._frames = sorted(file for file in path.iterdir() if form.has(file)) if path.is_dir() else [path]
-        if not self._frames:
-            raise LogError(path, f"holds no {form.name} ({' or '.join(form.suffixes)})")
+        self._errors = ReadErrors(path)
+        series = self._chosen(options.topic) if path.is_dir() else Series("", [path], None)
+        self._frames = series.frames
         self.frame_count = len(self._frames)
         self.lidar = options.applied(form.lidar, LIDAR)
         self._speed = options.speed
         self.motion = options.motion("the speed is unknown")
-        self._stamps, self.clock = self._timed(options.rate)
+        self.assumed = ""
+        self._stamps, self.clock = self._timed(series, options.rate)
 
     def __iter__(self) -> Iterator[CloudFrame]:
         for stamp, frame in zip(self._stamps, self._frames, strict=True):
             yield CloudFrame(float(stamp), self._form.read(frame), self._speed)
+        self._errors.raise_if_any(self.frame_count)
 
-    def _timed(self, rate: float | None) -> tuple[NDArray[np.float64], str]:
+    def _timed(self, series: Series, rate: float | None) -> tuple[NDArray[np.float64], str]:
         """Find the stamps, and where they come from."""
         numbers = np.arange(self.frame_count)
         if rate is not None:
             return numbers / rate, f"{rate:g} frames a second"
-        folder = self.path if self.path.is_dir() else self.path.parent
-        listed = next((file for file in (folder / STAMPS, folder.parent / STAMPS) if file.is_file()), None)
-        if listed and self.path.is_dir():
-            return read_stamps(listed, self._frames), f"stamps of {listed}"
-        named = [self._form.stamp(file.name) for file in self._frames]
-        stamps = np.array([stamp for stamp in named if stamp is not None])
-        if len(stamps) == len(named) and (np.diff(stamps) > 0.0).all():
-            return stamps - stamps[0], "stamps in the names"
+        if self.path.is_dir():
+            places = (folder / name for folder in (self.path, self.path.parent) for name in LISTS)
+            listed = next((file for file in places if file.is_file()), None)
+            if listed:
+                return read_stamps(listed, self._frames), f"stamps of {listed}"
+        if series.stamps is not None:
+            return series.stamps, "stamps in the names"
         rate = self._form.rate
-        return numbers / rate, f"no {STAMPS}, so {rate:g} frames a second are assumed"
+        if self.frame_count > 1:
+            self.assumed = (
+                f"{rate:g} frames a second, as neither the names nor a {LISTS[0]} say when the frames were; every "
+                "speed and time to collision rests on it: say it with the option rate"
+            )
+        return numbers / rate, f"no {LISTS[0]}, so {rate:g} frames a second are assumed"
+
+    def _chosen(self, topic: str | None) -> Series:
+        """Choose the frames of one sensor in a folder."""
+        path, form = self.path, self._form
+        frames = [file for file in files_in(path) if form.has(file)]
+        if not frames:
+            raise LogError(path, f"holds no {form.name} ({' or '.join(form.suffixes)})")
+        stems: dict[str, Path] = {}
+        for frame in frames:
+            other = stems.setdefault(form.stem(frame), frame)
+            if other is not frame:
+                raise LogError(
+                    path, f"holds {other.name} and {frame.name}, the same frame twice; take one of them away"
+                )
+        found = series_of(frames, form.stem)
+        has = ", ".join(f"{series.name or 'no name'} ({len(series.frames)} frames)" for series in found[:9])
+        if topic is not None:
+            found = [each for each in found if each.name == topic] or [each for each in found if topic in each.name]
+            if not found:
+                raise LogError(path, f"has no frames of {topic}; it has {has}: choose with the option topic")
+        chosen = max(found, key=lambda each: len(each.frames))
+        if len(found) > 1:
+            problem = f"it holds the frames of {len(found)} sensors or vehicles, {has}, and only {chosen.name} was read"
+            self._errors.add(f"{problem}; choose one with the option topic, or give each a folder of its own")
+        return chosen
 
 
 def read_content(frame: Path) -> bytes:

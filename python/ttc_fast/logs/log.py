@@ -67,6 +67,14 @@ class ReadErrors:
         raise LogError(self.path, f"{'; '.join(self._first)}{more}. The {frames} frames that could be read were given")
 
 
+def files_in(folder: Path) -> list[Path]:
+    """Return the files of a folder, in the order of their names.
+
+    Hidden files are left out, such as the ``._name`` that macOS puts beside a file on a disk of another system.
+    """
+    return sorted(file for file in folder.iterdir() if not file.name.startswith(".") and file.is_file())
+
+
 def need(package: str, path: Path) -> ModuleType:
     """Import a package of the extra ``log``, without which this log cannot be read."""
     try:
@@ -99,6 +107,10 @@ class Log(Protocol[FrameT_co]):
     @property
     def clock(self) -> str:
         """Where the stamps come from, for people."""
+
+    @property
+    def assumed(self) -> str:
+        """What the reader assumed because the log does not say it, for people; empty if nothing."""
 
     def __iter__(self) -> Iterator[FrameT_co]:
         """All frames."""

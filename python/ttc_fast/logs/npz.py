@@ -61,6 +61,7 @@ class ScanArchive:
     """An archive of scans."""
 
     clock = CLOCK
+    assumed = ""
 
     def __init__(self, arrays: Arrays, options: LogOptions) -> None:
         options.only((*SCANNER, "speed"), arrays.path, "an archive of scans")
@@ -91,6 +92,7 @@ class CloudArchive:
     """An archive of clouds."""
 
     clock = CLOCK
+    assumed = ""
 
     def __init__(self, arrays: Arrays, options: LogOptions) -> None:
         options.only((*LIDAR, "speed"), arrays.path, "an archive of clouds")

@@ -27,7 +27,8 @@ class LogOptions:
     Attributes
     ----------
     topic : str or None
-        The topic of the scans or clouds, where a bag has several.
+        The topic of the scans or clouds where a bag has several, or what the names of one sensor's frames have in
+        common where a folder of clouds has several.
     odometry_topic : str or None
         The topic of the odometry, where a bag has several.
     speed : float or None
@@ -61,7 +62,12 @@ class LogOptions:
         If an option is of the wrong type, or makes no sense.
     """
 
-    topic: str | None = setting(None, Text(), "The topic of the scans or clouds, where a bag has several.")
+    topic: str | None = setting(
+        None,
+        Text(),
+        "The topic of the scans or clouds where a bag has several, or what the names of one sensor's frames have in "
+        "common where a folder has several.",
+    )
     odometry_topic: str | None = setting(None, Text(), "The topic of the odometry, where a bag has several.")
     speed: float | None = setting(
         None,

@@ -297,17 +297,4 @@ def unpack_lzf(packed: bytes, size: int) -> bytes:
     return bytes(plain)
 
 
-def stamp_of(name: str) -> float | None:
-    """Read a name that is a stamp in s, as tools that unpack bags write them.
-
-    Examples
-    --------
-    >>> from ttc_fast.logs.pcd import stamp_of
-    >>> stamp_of("1305031102.175304.pcd"), stamp_of("000001.pcd")
-    (1305031102.175304, None)
-    """
-    found = re.fullmatch(r"(\d+\.\d+)\.pcd(\.gz)?", name, re.IGNORECASE)
-    return float(found[1]) if found else None
-
-
-PCD = CloudFormat("PCD clouds", (".pcd", ".pcd.gz"), Lidar(sensor_height=None), 10.0, read_pcd, stamp_of)
+PCD = CloudFormat("PCD clouds", (".pcd", ".pcd.gz"), Lidar(sensor_height=None), 10.0, read_pcd)

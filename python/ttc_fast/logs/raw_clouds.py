@@ -7,7 +7,6 @@ anything else with the same ending would be read as points that are not there.
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,24 +71,5 @@ def _odd_share(points: NDArray[np.float32]) -> float:
     return float(odd.mean())
 
 
-def nuscenes_stamp(name: str) -> float | None:
-    """Read the stamp at the end of a name, which is in microseconds; s.
-
-    Examples
-    --------
-    >>> from ttc_fast.logs.raw_clouds import nuscenes_stamp
-    >>> nuscenes_stamp("n015-2018-07-24-11-22-45+0800__LIDAR_TOP__1532402927647951.pcd.bin")
-    1532402927.647951
-    """
-    found = re.search(r"__(\d{10,})\.pcd\.bin", name)
-    return int(found[1]) / 1e6 if found else None
-
-
-def no_stamp(name: str) -> None:
-    """Return None: the names of KITTI frames are numbers of frames."""
-
-
-KITTI = CloudFormat("KITTI frames", (".bin", ".bin.gz"), KITTI_LIDAR, 10.0, read_kitti, no_stamp)
-NUSCENES = CloudFormat(
-    "nuScenes frames", (".pcd.bin", ".pcd.bin.gz"), NUSCENES_LIDAR, 20.0, read_nuscenes, nuscenes_stamp
-)
+KITTI = CloudFormat("KITTI frames", (".bin", ".bin.gz"), KITTI_LIDAR, 10.0, read_kitti)
+NUSCENES = CloudFormat("nuScenes frames", (".pcd.bin", ".pcd.bin.gz"), NUSCENES_LIDAR, 20.0, read_nuscenes)

@@ -117,6 +117,8 @@ class _Source:
 class _BagLog:
     """What scans and clouds of a bag have in common."""
 
+    assumed = ""
+
     def __init__(self, source: _Source) -> None:
         self.path = source.bag.path
         self.frame_count = source.topic.messages

@@ -12,7 +12,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 from ttc_fast.logs.container import Topic, plain_type
-from ttc_fast.logs.log import LogError, need
+from ttc_fast.logs.log import LogError, files_in, need
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.ros_messages import CDR
 
@@ -108,9 +108,9 @@ class BagFolder:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        files = [file for file in path.iterdir() if file.name.lower().endswith(SUFFIXES)]
+        files = [file for file in files_in(path) if file.name.lower().endswith(SUFFIXES)]
         if not files:
-            packed = next((file.name for file in path.iterdir() if file.name.lower().endswith(PACKED)), None)
+            packed = next((file.name for file in files_in(path) if file.name.lower().endswith(PACKED)), None)
             how = f"unpack its files first: zstd -d {packed}" if packed else f"it has no {' or '.join(SUFFIXES)} file"
             raise LogError(path, f"cannot be read as a folder of rosbag2; {how}")
         files.sort(key=_in_order)
@@ -133,7 +133,7 @@ class BagFolder:
 
 def is_bag_folder(path: Path) -> bool:
     """Whether a folder looks like one of rosbag2."""
-    return any(file.name.lower().endswith((*SUFFIXES, *PACKED)) for file in path.iterdir())
+    return any(file.name.lower().endswith((*SUFFIXES, *PACKED)) for file in files_in(path))
 
 
 def _open(file: Path) -> Container:

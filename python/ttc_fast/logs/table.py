@@ -38,6 +38,7 @@ class DistanceTable:
     """
 
     frame_count = None
+    assumed = ""
 
     def __init__(self, path: Path, options: LogOptions) -> None:
         options.only(OPTIONS, path, "a table of distances")

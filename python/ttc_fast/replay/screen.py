@@ -115,6 +115,8 @@ def print_summary(replay: Replay, console: Console) -> None:
     if replay.summary.frames:
         for name, text in (*_said(replay), *_found(replay.summary)):
             line(console, name, text)
+        if replay.log.assumed:
+            line(console, "ASSUMED", replay.log.assumed)
 
 
 def _said(replay: Replay) -> Iterator[tuple[str, str]]:
