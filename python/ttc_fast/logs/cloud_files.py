@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ttc_fast.logs.options import LogOptions
 
 DAMAGED = (EOFError, zlib.error, gzip.BadGzipFile)
+UNNAMED = "names of stamps alone"
 OPTIONS = ("topic", *LIDAR, "rate", "speed")
 
 
@@ -137,15 +138,16 @@ class CloudFiles:
                     path, f"holds {other.name} and {frame.name}, the same frame twice; take one of them away"
                 )
         found = series_of(frames, form.stem)
-        has = ", ".join(f"{series.name or 'no name'} ({len(series.frames)} frames)" for series in found[:9])
+        has = ", ".join(f"{series.name or UNNAMED} ({len(series.frames)} frames)" for series in found[:9])
         if topic is not None:
             found = [each for each in found if each.name == topic] or [each for each in found if topic in each.name]
             if not found:
                 raise LogError(path, f"has no frames of {topic}; it has {has}: choose with the option topic")
         chosen = max(found, key=lambda each: len(each.frames))
         if len(found) > 1:
-            problem = f"it holds the frames of {len(found)} sensors or vehicles, {has}, and only {chosen.name} was read"
-            self._errors.add(f"{problem}; choose one with the option topic, or give each a folder of its own")
+            several = f"it holds the frames of {len(found)} sensors or vehicles, {has}"
+            how = "choose one with the option topic, or give each a folder of its own"
+            self._errors.add(f"{several}, and only {chosen.name or UNNAMED} was read; {how}")
         return chosen
 
 

@@ -63,7 +63,9 @@ def series_of(frames: Sequence[Path], stem: Callable[[Path], str]) -> list[Serie
     for find in (_epoch, _date, _decimal):
         found = [find(stem(frame)) for frame in frames]
         stamped = [(*each, frame) for each, frame in zip(found, frames, strict=True) if each]
-        if len(stamped) <= len(frames) / 2 or (find is _decimal and len(stamped) < len(frames)):
+        if len(stamped) <= len(frames) / 2:
+            continue
+        if find is _decimal and (len(stamped) < len(frames) or _counts_up([stem(frame) for frame in frames])):
             continue
         rests = [rest for _, rest, _ in stamped]
         names = rests if 2 * len(set(rests)) <= len(rests) else _series_names(rests)
@@ -178,6 +180,13 @@ def _decimal(stem: str) -> Found:
     """Read a name that is nothing but a decimal number of seconds, ns."""
     found = DECIMAL.fullmatch(stem)
     return (int(found[1]) * 10**9 + int(found[2].ljust(9, "0")), "") if found else None
+
+
+def _counts_up(stems: list[str]) -> bool:
+    """Whether decimal numbers are counters with a point between them: 1.9 is followed by 1.10."""
+    rows = sorted((int(whole), int(part)) for whole, part in (stem.split(".") for stem in stems))
+    steps = {after[1] - before[1] for before, after in itertools.pairwise(rows) if before[0] == after[0]}
+    return steps == {1} and len({len(stem.split(".")[1]) for stem in stems}) > 1
 
 
 def _plausible(stamps: list[int], find: Callable[[str], Found]) -> bool:

@@ -127,6 +127,7 @@ class Replay:
         self.pipeline: Any = kind(self.log, settings)
         self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
         self.summary = Summary(str(self.log.path), self.threshold, settings.sensor_timeout)
+        self.summary.assumed = self.log.assumed
         self.series = Series()
         self.key_frame: tuple[Row, Any] | None = None
 

@@ -115,8 +115,8 @@ def print_summary(replay: Replay, console: Console) -> None:
     if replay.summary.frames:
         for name, text in (*_said(replay), *_found(replay.summary)):
             line(console, name, text)
-        if replay.log.assumed:
-            line(console, "ASSUMED", replay.log.assumed)
+        if replay.summary.assumed:
+            line(console, "ASSUMED", replay.summary.assumed)
 
 
 def _said(replay: Replay) -> Iterator[tuple[str, str]]:
@@ -189,5 +189,7 @@ def print_summaries(summaries: list[Summary], console: Console) -> None:
         table.add_row(*told, str(each.invalid), str(each.stale), Text(each.path) + lost)
     console.print(table)
     for each in summaries:
+        if each.assumed:
+            line(console, "ASSUMED", f"{each.path}: {each.assumed}")
         if each.lost:
             line(console, "lost", each.lost)

@@ -71,6 +71,8 @@ class Summary:
         Of braking, the first thousand.
     lost : str
         What could not be read; empty if all could.
+    assumed : str
+        What the reader of the log assumed because the log does not say it; empty if nothing.
 
     Notes
     -----
@@ -101,7 +103,7 @@ class Summary:
         self.least: Row | None = None
         self.least_isolated: Row | None = None
         self.events: list[Event] = []
-        self.lost = ""
+        self.lost = self.assumed = ""
         self._before: Row | None = None
         self._last: Row | None = None
         self._brakes = self._has_key_frame = False
