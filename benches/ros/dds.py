@@ -17,7 +17,6 @@ from rosbags.typesys import Stores, get_typestore
 from benches.ros.dds_node import SETTINGS
 from benches.ros.drive import FAR, NEAR, PATIENCE, SPEED, quantiles, resident
 from evaluation.report import Report, console
-from ttc_fast.ros.dds.encode import HEADER
 from ttc_fast.ros.dds.participant import Participant
 from ttc_fast.ros.dds.settings import DdsSettings
 from ttc_fast.ros.dds_node import DdsNode
@@ -35,6 +34,8 @@ LOOPBACK = (
 )
 STORE = get_typestore(Stores.ROS2_JAZZY)
 WARMING_UP = 500
+HEADER = bytes([0, 1, 0, 0])
+"""What little-endian CDR begins with."""
 
 
 class Sensor:

@@ -13,10 +13,9 @@ from collections import deque
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.ros.dds.encode import encoded_bool
 from ttc_fast.ros.dds.participant import Participant
 from ttc_fast.ros.dds.settings import DdsSettings
-from ttc_fast.ros.dds_node import DdsNode
+from ttc_fast.ros.dds_node import TRUE_FALSE, DdsNode
 from ttc_fast.ros.settings import NodeSettings
 from ttc_fast.ros_messages import laser_scan
 
@@ -49,7 +48,7 @@ class Echo:
         brake = self.participant.publisher("/brake_bool", "std_msgs/Bool")
 
         def answer(scan: Any) -> None:
-            brake.publish(encoded_bool(scan.ranges[len(scan.ranges) // 2] < 6.0))
+            brake.publish(TRUE_FALSE[bool(scan.ranges[len(scan.ranges) // 2] < 6.0)])
 
         self.participant.subscribe("/scan", "sensor_msgs/LaserScan", laser_scan, answer, sensor_data=True)
         self.participant.subscribe("/speed", "std_msgs/Float64", bytes, lambda _: None)

@@ -11,8 +11,7 @@ import rospy
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 
-from ttc_fast.ros.rospy_messages import forgiving
-from ttc_fast.ros.rospy_node import RospyNode
+from ttc_fast.ros.rospy_node import RospyNode, forgiving
 from ttc_fast.ros.settings import NodeSettings
 
 SETTINGS = {"criterion": "ittc", "use_range_rate": False, "trigger": [1, 1], "release": [1, 1], "hold": 0.0}

@@ -231,6 +231,36 @@ def point_cloud(buffer: Any, start: int = 0, end: int | None = None, *, encoding
     return PointCloud2(stamp, height, width, tuple(fields), is_bigendian, point_step, row_step, data)
 
 
+def float32(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> float:
+    """Read a serialised std_msgs/Float32; arguments and errors as in ``laser_scan``.
+
+    Examples
+    --------
+    >>> from ttc_fast.ros_messages import float32
+    >>> float32(bytes([0, 1, 0, 0]) + bytes([0, 0, 0xC0, 0x3F]))
+    1.5
+    """
+    return _number("f", buffer, start, end, encoding)
+
+
+def float64(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> float:
+    """Read a serialised std_msgs/Float64; arguments and errors as in ``laser_scan``."""
+    return _number("d", buffer, start, end, encoding)
+
+
+def _number(form: str, buffer: Any, start: int, end: int | None, encoding: Encoding) -> float:
+    if end is None:
+        end = len(buffer)
+    encoding = encoding.of(buffer, start, end)
+    number = struct.Struct(("<" if encoding.native else ">") + form)
+    at = start + (4 if encoding.align else 0)
+    if at + number.size > end:
+        raise _short("a number", at + number.size - start, end - start)
+    value: float
+    (value,) = number.unpack_from(buffer, at)
+    return value
+
+
 def _field(buffer: Any, at: int, start: int, end: int, encoding: Encoding) -> tuple[PointField, int]:
     name, at = _string(buffer, at, start, end, encoding)
     at = _aligned(at, start, encoding)

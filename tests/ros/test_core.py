@@ -604,7 +604,7 @@ class TestRospy:
         assert node.diagnostics().values["dropped: /speed"].startswith("1; ")
 
     def test_the_type_of_the_drive_is_that_of_ackermann_msgs(self, node: RospyHarness) -> None:
-        from ttc_fast.ros.rospy_messages import AckermannDriveStamped
+        from ttc_fast.ros.rospy_node import AckermannDriveStamped
 
         assert AckermannDriveStamped._md5sum == "1fd5d7f58889cefd44d29f6653240d0c"
 

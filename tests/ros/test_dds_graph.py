@@ -20,14 +20,11 @@ from cyclonedds.core import Policy
 
 from tests.support import bags
 from tests.support.dds_wire import LOOPBACK, STORE, Forger, free_domain, make, serialised, store_of
-from ttc_fast.ros.dds.decode import float32, float64
-from ttc_fast.ros.dds.definitions import DEFINITIONS, GID_OF_HUMBLE
-from ttc_fast.ros.dds.encode import encoded_bool
 from ttc_fast.ros.dds.names import NameNotAllowedError, resolved
 from ttc_fast.ros.dds.participant import Participant
 from ttc_fast.ros.dds.settings import DdsSettingError, DdsSettings
-from ttc_fast.ros.dds.topic_types import type_hash
-from ttc_fast.ros_messages import laser_scan
+from ttc_fast.ros.dds.types import DEFINITIONS, GID_OF_HUMBLE, message, serialized, type_hash
+from ttc_fast.ros_messages import float32, float64, laser_scan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -231,9 +228,10 @@ def test_who_comes_later_is_told_the_name_of_the_node(size: int, domain: int) ->
 
 def test_bytes_that_do_not_fit_the_type_are_not_sent(node: Participant, caplog: pytest.LogCaptureFixture) -> None:
     brake = node.publisher("/brake_bool", "std_msgs/Bool")
-    brake.publish(encoded_bool(True))
+    whole = serialized(message("std_msgs/Bool", data=True))
+    brake.publish(whole)
     assert brake.unsent == 0
-    brake.publish(encoded_bool(True)[:4])
+    brake.publish(whole[:4])
     assert brake.unsent == 1
     assert "could not be sent" in caplog.text
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,17 +14,21 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tests.support import bags
 from tests.support.dds_wire import STORE, UPSTREAM, deserialised, header, make, ros2_name, serialised, store_of
-from ttc_fast.ros.dds.decode import float32, float64
-from ttc_fast.ros.dds.definitions import DEFINITIONS, GID_OF_HUMBLE, HASHES
-from ttc_fast.ros.dds.encode import (
-    encoded_bool,
-    encoded_diagnostics,
-    encoded_discovery,
-    encoded_drive,
-    encoded_marker,
+from ttc_fast.brake import Command
+from ttc_fast.ros.dds.types import (
+    DEFINITIONS,
+    GID_OF_HUMBLE,
+    HASHES,
+    dds_name,
+    message,
+    message_type,
+    serialized,
+    time_of,
+    topic_type,
+    type_hash,
 )
-from ttc_fast.ros.dds.topic_types import dds_name, topic_type, type_hash
-from ttc_fast.ros_messages import MessageError, laser_scan, odometry, point_cloud
+from ttc_fast.ros.messages import Cause, Diagnostics, Drive, fill_diagnostics, fill_drive, fill_marker
+from ttc_fast.ros_messages import MessageError, float32, float64, laser_scan, odometry, point_cloud
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -64,11 +69,21 @@ def test_a_release_without_hashes_is_told_none() -> None:
 def test_types_are_named_as_on_the_wire(name: str) -> None:
     package, own = name.split("/")
     assert topic_type(name).__idl__.idl_transformed_typename == f"{package}::msg::dds_::{own}_" == dds_name(name)
+    assert message_type(name)[0].__idl__.idl_transformed_typename == dds_name(name)
+
+
+@pytest.mark.parametrize("name", HASHES)
+def test_an_empty_message_is_that_of_rosbags(name: str) -> None:
+    """A message of nothing but zeros reads as such, and is packed again to the same bytes."""
+    empty = serialized(message(name))
+    assert serialised(name, deserialised(name, empty)) == empty
 
 
 @pytest.mark.parametrize("value", [True, False])
 def test_bool_is_that_of_rosbags(value: bool) -> None:
-    assert encoded_bool(value) == serialised("std_msgs/Bool", make("std_msgs/Bool", data=value))
+    assert serialized(message("std_msgs/Bool", data=value)) == serialised(
+        "std_msgs/Bool", make("std_msgs/Bool", data=value)
+    )
 
 
 @given(frame=NAMES, speed=FLOATS, acceleration=FLOATS)
@@ -82,24 +97,26 @@ def test_drive_is_that_of_rosbags(frame: str, speed: float, acceleration: float)
         jerk=0.0,
     )
     theirs = make("ackermann_msgs/AckermannDriveStamped", header=header(STAMP, frame), drive=drive)
-    ours = encoded_drive(STAMP, frame, speed=speed, acceleration=acceleration)
-    assert ours == serialised("ackermann_msgs/AckermannDriveStamped", theirs)
+    ours = message("ackermann_msgs/AckermannDriveStamped")
+    fill_drive(ours, Drive(speed, acceleration), time_of(STAMP), frame)
+    assert serialized(ours) == serialised("ackermann_msgs/AckermannDriveStamped", theirs)
 
 
-@given(
-    level=st.integers(0, 3), texts=st.tuples(NAMES, NAMES, NAMES), values=st.lists(st.tuples(NAMES, NAMES), max_size=4)
-)
-def test_diagnostics_are_those_of_rosbags(
-    level: int, texts: tuple[str, str, str], values: list[tuple[str, str]]
-) -> None:
-    name, message, hardware = texts
+def diagnosed(level: int, name: str, text: str, values: list[tuple[str, str]]) -> bytes:
+    status, pair = (partial(message, f"diagnostic_msgs/{kind}") for kind in ("DiagnosticStatus", "KeyValue"))
+    array = message("diagnostic_msgs/DiagnosticArray")
+    return serialized(fill_diagnostics(array, status, pair, Diagnostics(level, name, text, values), time_of(STAMP)))
+
+
+@given(level=st.integers(0, 3), texts=st.tuples(NAMES, NAMES), values=st.lists(st.tuples(NAMES, NAMES), max_size=4))
+def test_diagnostics_are_those_of_rosbags(level: int, texts: tuple[str, str], values: list[tuple[str, str]]) -> None:
+    name, text = texts
     pairs = [make("diagnostic_msgs/KeyValue", key=key, value=value) for key, value in values]
     status = make(
-        "diagnostic_msgs/DiagnosticStatus", level=level, name=name, message=message, hardware_id=hardware, values=pairs
+        "diagnostic_msgs/DiagnosticStatus", level=level, name=name, message=text, hardware_id="ttc_fast", values=pairs
     )
     theirs = make("diagnostic_msgs/DiagnosticArray", header=header(STAMP, ""), status=[status])
-    ours = encoded_diagnostics(STAMP, level=level, name=name, message=message, hardware_id=hardware, values=values)
-    assert ours == serialised("diagnostic_msgs/DiagnosticArray", theirs)
+    assert diagnosed(level, name, text, values) == serialised("diagnostic_msgs/DiagnosticArray", theirs)
 
 
 @given(frame=NAMES, text=NAMES, x=FLOATS, y=FLOATS)
@@ -109,7 +126,7 @@ def test_marker_is_that_of_rosbags(frame: str, text: str, x: float, y: float) ->
 
     pose = make(
         "geometry_msgs/Pose",
-        position=vector("Point", x, y, 0.25),
+        position=vector("Point", x, y, 0.0),
         orientation=make("geometry_msgs/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0),
     )
     nothing = np.zeros(0, np.uint8)
@@ -121,8 +138,8 @@ def test_marker_is_that_of_rosbags(frame: str, text: str, x: float, y: float) ->
         type=2,
         action=0,
         pose=pose,
-        scale=vector("Vector3", 0.5, 0.5, 0.5),
-        color=make("std_msgs/ColorRGBA", r=1.0, g=0.5, b=0.0, a=1.0),
+        scale=vector("Vector3", 0.2, 0.2, 0.2),
+        color=make("std_msgs/ColorRGBA", r=1.0, g=0.0, b=0.0, a=1.0),
         lifetime=make("builtin_interfaces/Duration", sec=1, nanosec=250_000_000),
         frame_locked=False,
         points=[],
@@ -135,9 +152,10 @@ def test_marker_is_that_of_rosbags(frame: str, text: str, x: float, y: float) ->
         mesh_file=make("visualization_msgs/MeshFile", filename="", data=nothing),
         mesh_use_embedded_materials=False,
     )
-    color = (1.0, 0.5, 0.0)
-    ours = encoded_marker(STAMP, frame, (x, y, 0.25), color=color, diameter=0.5, lifetime=1.25, text=text)
-    assert ours == serialised("visualization_msgs/Marker", theirs)
+    lifetime = message("builtin_interfaces/Duration", sec=1, nanosec=250_000_000)
+    ours = message("visualization_msgs/Marker", lifetime=lifetime)
+    fill_marker(ours, Cause(frame, x, y, Command.BRAKE, text), time_of(STAMP))
+    assert serialized(ours) == serialised("visualization_msgs/Marker", theirs)
 
 
 @pytest.mark.parametrize("size", [16, 24])
@@ -155,13 +173,25 @@ def test_discovery_is_that_of_rosbags(size: int, counts: tuple[int, int], name: 
 
     entities = node("/car", name, [theirs(each) for each in readers], [theirs(each) for each in writers])
     expected = store.serialize_cdr(info(theirs(gids[0]), [entities]), "rmw_dds_common/msg/ParticipantEntitiesInfo")
-    assert encoded_discovery(gids[0], "/car", name, readers=readers, writers=writers) == bytes(expected)
+
+    def ours(kind: str, **values: Any) -> Any:
+        return message(f"rmw_dds_common/{kind}", gid_size=size, **values)
+
+    reader_gids, writer_gids = ([ours("Gid", data=each) for each in gids] for gids in (readers, writers))
+    own = ours(
+        "NodeEntitiesInfo",
+        node_namespace="/car",
+        node_name=name,
+        reader_gid_seq=reader_gids,
+        writer_gid_seq=writer_gids,
+    )
+    info_sent = ours("ParticipantEntitiesInfo", gid=ours("Gid", data=gids[0]), node_entities_info_seq=[own])
+    assert serialized(info_sent) == bytes(expected)
 
 
 @pytest.mark.parametrize("text", ["a\0b", "\ud800"])
 def test_text_that_cdr_cannot_carry_is_cut_or_replaced(text: str) -> None:
-    cdr = encoded_diagnostics(STAMP, level=0, name=text, message="", hardware_id="", values=[])
-    (status,) = deserialised("diagnostic_msgs/DiagnosticArray", cdr).status
+    (status,) = deserialised("diagnostic_msgs/DiagnosticArray", diagnosed(0, text, "", [])).status
     assert status.name in ("a", "?")
 
 

@@ -121,6 +121,6 @@ def test_the_files_of_the_ros_package(name: str) -> None:
 
 
 def test_nothing_that_exists_when_a_node_begins_is_walked_again() -> None:
-    code = "import gc; from ttc_fast.ros import pauses; pauses.freeze(); print(len(gc.get_objects()))"
+    code = "import gc; from ttc_fast.ros.core import freeze_heap; freeze_heap(); print(len(gc.get_objects()))"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert int(said) < 100

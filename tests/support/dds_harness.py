@@ -10,10 +10,9 @@ import numpy as np
 
 from tests.support.dds_wire import LOOPBACK, deserialised, free_domain, make, serialised
 from tests.support.ros_harness import MessageHarness
-from ttc_fast.ros.dds.definitions import DEFINITIONS
 from ttc_fast.ros.dds.participant import Participant, Publisher
 from ttc_fast.ros.dds.settings import DdsSettings
-from ttc_fast.ros.dds.topic_types import FIELD
+from ttc_fast.ros.dds.types import DEFINITIONS, fields_of
 from ttc_fast.ros.dds_node import DdsNode
 from ttc_fast.ros.settings import NodeSettings
 
@@ -69,9 +68,7 @@ class DdsHarness(MessageHarness):
 def parts(name: str) -> Iterator[tuple[str, str, re.Match[str]]]:
     """Name and type of each field of a message."""
     package = name.partition("/")[0]
-    for each in DEFINITIONS[name].split("; "):
-        field = FIELD.fullmatch(each)
-        assert field is not None
+    for field in fields_of(name):
         kind = field["type"]
         whole = kind if "/" in kind or f"{package}/{kind}" not in DEFINITIONS else f"{package}/{kind}"
         yield field["name"], whole, field

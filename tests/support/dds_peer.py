@@ -33,7 +33,7 @@ def discover(domain: int, size: int) -> None:
     from cyclonedds.topic import Topic
 
     from ttc_fast.ros.dds import qos
-    from ttc_fast.ros.dds.topic_types import topic_type
+    from ttc_fast.ros.dds.types import topic_type
 
     node = Participant(DdsSettings(domain_id=domain, node_name="peer", gid_size=size))
     kind = topic_type("rmw_dds_common/ParticipantEntitiesInfo", gid_size=size)

@@ -15,7 +15,7 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool, Float32, Float64
 
-from ttc_fast.ros.rospy_messages import AckermannDriveStamped
+from ttc_fast.ros.rospy_node import AckermannDriveStamped
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -73,6 +73,8 @@ def run(arguments: argparse.Namespace) -> None:
 def _dds_settings(table: Any) -> Any:
     """Make the settings that only DDS has, of the table [dds]."""
     try:
-        return import_module("ttc_fast.ros.dds.settings").DdsSettings(**table)
+        if not isinstance(table, dict):
+            raise TypeError(f"must be a table of settings, got {table!r}")
+        return import_module("ttc_fast.ros.dds.settings").DdsSettings.of(table)
     except (TypeError, ValueError) as error:
         raise ConfigurationError(f"dds: {error}") from None

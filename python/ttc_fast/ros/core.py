@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import time
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.lib import recfunctions
+
 from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
 from ttc_fast.pointcloud2 import from_pointcloud2
-from ttc_fast.ros.clouds import only_heights
-from ttc_fast.ros.outputs import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Losses, Outputs
+from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from ttc_fast.brake import BrakeController, Decision
     from ttc_fast.ros.settings import NodeSettings
 
@@ -28,6 +33,8 @@ SCAN, CLOUD = "scan", "cloud"
 """Each has a controller of its own, with its own votes and its own watchdog: they come at different times and rates."""
 NO_SCAN = {"angle_min": 0.0, "angle_increment": 0.1, "beams": 2}
 """Stands for a scanner until the first scan comes."""
+FAR_AWAY = 1e6
+"""m: a distance further than anything drives while the node looks ahead."""
 
 
 class BrakeNode:
@@ -59,7 +66,7 @@ class BrakeNode:
     """
 
     def __init__(self, settings: NodeSettings) -> None:
-        self._losses = Losses()
+        self._dropped = Dropped()
         self._controllers: dict[str, BrakeController] = {}
         self._forget()
         self.change(settings)
@@ -145,7 +152,7 @@ class BrakeNode:
 
     def dropped(self, topic: str, why: object = "") -> None:
         """Count a message that could not be read."""
-        self._losses.count(topic, str(why))
+        self._dropped.count(topic, str(why))
 
     def _measured(self, now: float, stamp: float) -> float:
         """Return when a message was measured: when it came, if its stamp was not set or is not to be used."""
@@ -203,7 +210,7 @@ class BrakeNode:
         """Say how it is, and why."""
         decision = self._latest
         if decision is None:
-            return Diagnostics(STALE, NAME, "nothing has come yet", self._losses.values())
+            return Diagnostics(STALE, NAME, "nothing has come yet", self._dropped.values())
         values = [("command", decision.command.name), ("reason", decision.reason.name)]
         values += [(name, str(value)) for name, value in decision.counters._asdict().items()]
         if decision.threat is not None:
@@ -215,7 +222,7 @@ class BrakeNode:
             values += [("age of the speed", f"{now - self._motion.stamp:.4f} s")]
         values += [("latency", f"{self._took * 1e6:.0f} us"), ("worst latency", f"{self._took_at_most * 1e6:.0f} us")]
         self._took_at_most = 0.0
-        return Diagnostics(_level(decision), NAME, str(decision), values + self._losses.values())
+        return Diagnostics(_level(decision), NAME, str(decision), values + self._dropped.values())
 
     def cause(self) -> Cause | None:
         """Where the beam or point is that decided, in the vehicle's frame."""
@@ -248,3 +255,70 @@ def _level(decision: Decision) -> int:
     if decision.reason in UNSEEING:
         return ERROR
     return OK if decision.command is Command.NONE else WARN
+
+
+class Dropped:
+    """Counts the messages that could not be read, by topic, and keeps the reason of the last one."""
+
+    def __init__(self) -> None:
+        self._counts: dict[str, int] = {}
+        self._why: dict[str, str] = {}
+
+    def count(self, topic: str, why: str) -> None:
+        """Count a message."""
+        self._counts[topic] = self._counts.get(topic, 0) + 1
+        self._why[topic] = why
+
+    def values(self) -> list[tuple[str, str]]:
+        """Return a key and a value for each topic, for the diagnostics."""
+        return [(f"dropped: {topic}", f"{n}; {self._why[topic]}".strip("; ")) for topic, n in self._counts.items()]
+
+
+def only_heights(points: Any, low: float, high: float) -> NDArray[np.floating[Any]]:
+    """Return a copy of a cloud in which only the points between two heights are in the way.
+
+    The other points are moved far away, not removed: the sensor saw them, so it is not blind, and the indices stay.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 3 or more), or records with x, y and z
+        The cloud, m.
+    low, high : float
+        The least and the greatest z of the points that are in the way, m.
+
+    Returns
+    -------
+    ndarray, shape (N, 3)
+
+    Raises
+    ------
+    ValueError
+        If the cloud has another shape.
+
+    Examples
+    --------
+    >>> from ttc_fast.ros.core import only_heights
+    >>> only_heights([[3.0, 0.0, 0.5], [2.0, 0.0, 0.0], [0.0, 0.0, 0.0]], 0.1, 2.0)[:, 0]
+    array([3.e+00, 1.e+06, 0.e+00])
+    """
+    points = np.asarray(points)
+    if points.dtype.names:
+        points = recfunctions.structured_to_unstructured(points[["x", "y", "z"]])
+    if points.ndim != 2 or points.shape[1] < 3:
+        raise ValueError(f"points must be rows x, y, z, got an array of shape {points.shape}")
+    cloud = np.array(points[:, :3])
+    z = cloud[:, 2]
+    aside = (z < low) | (z > high)
+    aside &= np.isfinite(cloud).all(axis=1) & (cloud != 0.0).any(axis=1)  # other rows are no points
+    cloud[aside, :2] = FAR_AWAY
+    return cloud
+
+
+def freeze_heap() -> None:
+    """Have Python's garbage collector never again walk what exists now, which would hold a brake up for milliseconds.
+
+    Modules and types make up most of it. What is made later is collected as before. An adapter calls this once, when
+    the node is set up and owns its process.
+    """
+    gc.collect()
+    gc.freeze()

@@ -1,30 +1,33 @@
 """The brake as a node in a ROS 2 graph over DDS, without a ROS installation: convert, call, publish.
 
-What comes is viewed in the bytes of its message. Only one thread does all of it, the one that calls ``run``.
+A received message is viewed in its bytes. One thread does everything: the one that calls ``run``.
 """
 
 from __future__ import annotations
 
 import signal
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast.ros import pauses
-from ttc_fast.ros.core import BrakeNode
-from ttc_fast.ros.dds.decode import float32, float64
-from ttc_fast.ros.dds.encode import encoded_bool, encoded_diagnostics, encoded_drive, encoded_marker
+from ttc_fast.ros.core import BrakeNode, freeze_heap
 from ttc_fast.ros.dds.participant import Participant
-from ttc_fast.ros.fill import COLOURS
-from ttc_fast.ros_messages import laser_scan, odometry, point_cloud
+from ttc_fast.ros.dds.types import message, serialized, time_of
+from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
+from ttc_fast.ros_messages import float32, float64, laser_scan, odometry, point_cloud
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ttc_fast.ros.core import Outputs
     from ttc_fast.ros.dds.participant import Publisher, Subscription
     from ttc_fast.ros.dds.settings import DdsSettings
+    from ttc_fast.ros.messages import Outputs
     from ttc_fast.ros.settings import NodeSettings
     from ttc_fast.ros_messages import LaserScan, Odometry, PointCloud2
+
+TRUE_FALSE = {flag: serialized(message("std_msgs/Bool", data=flag)) for flag in (True, False)}
+MARKER_LIFETIME = 500_000_000
+"""ns: a marker fades this long after it was published."""
 
 
 class DdsNode:
@@ -33,11 +36,11 @@ class DdsNode:
     Parameters
     ----------
     settings : NodeSettings
-        What every node has.
+        The parameters that every node has.
     dds : DdsSettings, optional
-        What only this one has.
+        The settings that only this one has.
     clock : callable, optional
-        The time of stamps, ns since 1970.
+        Returns the time of stamps, ns since 1970.
     """
 
     def __init__(
@@ -51,6 +54,10 @@ class DdsNode:
         self._drive = self._publisher(settings.drive_topic, "ackermann_msgs/AckermannDriveStamped")
         self._diagnostics = self._publisher(settings.diagnostics_topic, "diagnostic_msgs/DiagnosticArray")
         self._marker = self._publisher(settings.marker_topic, "visualization_msgs/Marker")
+        # Each is made once, and filled again for each answer.
+        self._drive_message = message("ackermann_msgs/AckermannDriveStamped")
+        lifetime = message("builtin_interfaces/Duration", nanosec=MARKER_LIFETIME)
+        self._marker_message = message("visualization_msgs/Marker", lifetime=lifetime)
         self._dropped: dict[Subscription, int] = {}
         self._subscribe()
         self.participant.announce()
@@ -59,7 +66,7 @@ class DdsNode:
         self._next_tick = self._next_diagnostics + settings.watchdog_period
 
     def spin(self) -> None:
-        """Wait until something has come, or is due, and do that."""
+        """Wait until a message has come or something is due, and do it."""
         due = min(self._next_tick, self._next_diagnostics) - time.monotonic()
         if self.participant.wait(due):
             self.participant.take()
@@ -82,16 +89,16 @@ class DdsNode:
         if self._diagnostics is None:
             return
         now = self._clock()
-        said = self.core.diagnostics(now * 1e-9)
-        values = [*said.values, *self._of_the_transport()]
-        self._diagnostics.publish(
-            encoded_diagnostics(
-                now, level=said.level, name=said.name, message=said.message, hardware_id="ttc_fast", values=values
-            )
-        )
+        diagnostics = self.core.diagnostics(now * 1e-9)
+        diagnostics.values.extend(self._transport_losses())
+        array, status = message("diagnostic_msgs/DiagnosticArray"), partial(message, "diagnostic_msgs/DiagnosticStatus")
+        pair = partial(message, "diagnostic_msgs/KeyValue")
+        self._diagnostics.publish(serialized(fill_diagnostics(array, status, pair, diagnostics, time_of(now))))
 
     def close(self) -> None:
         """Leave the graph."""
+        self._brake = self._drive = self._diagnostics = self._marker = None
+        self._dropped.clear()
         self.participant.close()
 
     def _subscribe(self) -> None:
@@ -135,14 +142,12 @@ class DdsNode:
 
     def _publish(self, now: int, outputs: Outputs) -> None:
         if self._brake is not None:
-            self._brake.publish(encoded_bool(outputs.brake))
+            self._brake.publish(TRUE_FALSE[outputs.brake])
         frame = self.settings.base_frame
         if self._drive is not None and outputs.drive is not None:
-            speed, acceleration = outputs.drive
-            self._drive.publish(encoded_drive(now, frame, speed=speed, acceleration=acceleration))
+            self._drive.publish(serialized(fill_drive(self._drive_message, outputs.drive, time_of(now), frame)))
         if self._marker is not None and self._marker.has_listeners and (cause := self.core.cause()):
-            position, color = (cause.x, cause.y, 0.0), COLOURS[cause.command]
-            self._marker.publish(encoded_marker(now, cause.frame, position, color=color, text=cause.text))
+            self._marker.publish(serialized(fill_marker(self._marker_message, cause, time_of(now))))
 
     def _count_dropped(self) -> None:
         for each in self.participant.subscriptions:
@@ -151,7 +156,7 @@ class DdsNode:
                 self.core.dropped(each.topic, "cut short or damaged")
             self._dropped[each] = dropped
 
-    def _of_the_transport(self) -> list[tuple[str, str]]:
+    def _transport_losses(self) -> list[tuple[str, str]]:
         losses = [(f"lost: {each.topic}", each.lost) for each in self.participant.subscriptions]
         losses += [(f"could not be sent: {each.topic}", each.unsent) for each in self.participant.publishers]
         losses += [("malformed packets", self.participant.malformed)]
@@ -159,7 +164,7 @@ class DdsNode:
 
 
 def run(settings: NodeSettings, dds: DdsSettings | None = None) -> None:
-    """Be the node until somebody interrupts or ends the process (SIGINT, SIGTERM)."""
+    """Run the node until the process is interrupted or ended (SIGINT, SIGTERM)."""
     ended = False
 
     def end(*_: Any) -> None:
@@ -169,7 +174,7 @@ def run(settings: NodeSettings, dds: DdsSettings | None = None) -> None:
     before = [(each, signal.signal(each, end)) for each in (signal.SIGINT, signal.SIGTERM)]
     try:
         node = DdsNode(settings, dds)
-        pauses.freeze()
+        freeze_heap()
         while not ended:
             node.spin()
         node.close()

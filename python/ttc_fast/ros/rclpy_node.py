@@ -19,16 +19,15 @@ from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
 from ttc_fast import ros_messages
-from ttc_fast.ros import pauses
-from ttc_fast.ros.core import BrakeNode
-from ttc_fast.ros.fill import fill_diagnostics, fill_drive, fill_marker
+from ttc_fast.ros.core import BrakeNode, freeze_heap
+from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.settings import AT_START, NodeSettings, SettingError, parameters_of_node
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from ttc_fast._settings import Setting
-    from ttc_fast.ros.outputs import Outputs
+    from ttc_fast.ros.messages import Outputs
 
 SPEEDS = {"nav_msgs/msg/Odometry": Odometry, "std_msgs/msg/Float32": Float32, "std_msgs/msg/Float64": Float64}
 
@@ -162,7 +161,7 @@ def run(parameters: Mapping[str, Any] | None = None, args: Sequence[str] | None 
     rclpy.init(args=args)
     try:
         node = RclpyNode(parameters)
-        pauses.freeze()
+        freeze_heap()
         rclpy.spin(node)
     except KeyboardInterrupt:
         pass

@@ -8,29 +8,51 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from genpy.dynamic import generate_dynamic
 from nav_msgs.msg import Odometry
+from rospy.impl.registration import Registration, get_registration_listeners, get_topic_manager
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
-from ttc_fast.ros import pauses
-from ttc_fast.ros.core import BrakeNode
-from ttc_fast.ros.fill import fill_diagnostics, fill_drive, fill_marker
-from ttc_fast.ros.rospy_messages import AckermannDriveStamped, forgiving
-from ttc_fast.ros.rospy_registration import stay_registered
+from ttc_fast.ros.core import BrakeNode, freeze_heap
+from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.settings import NodeSettings, SettingError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from ttc_fast.ros.outputs import Outputs
+    from ttc_fast.ros.messages import Outputs
 
+ACKERMANN = """\
+Header header
+AckermannDrive drive
+================================================================================
+MSG: std_msgs/Header
+uint32 seq
+time stamp
+string frame_id
+================================================================================
+MSG: ackermann_msgs/AckermannDrive
+float32 steering_angle
+float32 steering_angle_velocity
+float32 speed
+float32 acceleration
+float32 jerk
+"""
+AckermannDriveStamped = generate_dynamic("ackermann_msgs/AckermannDriveStamped", ACKERMANN)[
+    "ackermann_msgs/AckermannDriveStamped"
+]
+"""The type of ackermann_msgs, with the same MD5 sum; Debian does not package it."""
 SPEEDS = {kind._type: kind for kind in (Odometry, Float32, Float64)}
 BYTES_AT_ONCE = {LaserScan: 2**18, PointCloud2: 2**24}
 """What is read from a connection at once: with less than a message, old ones would queue up there."""
+LOOK_AT_MASTER = 1.0
+"""s between two looks at the master."""
 
 
 class RospyNode:
@@ -145,7 +167,7 @@ def run(parameters: Mapping[str, Any] | None = None, name: str = "ttc_fast") -> 
     settings = NodeSettings.of({**(parameters or {}), **_on_server()})
     node = RospyNode(settings)
     stay_registered()
-    pauses.freeze()
+    freeze_heap()
     node.spin()
 
 
@@ -176,3 +198,50 @@ def _on_server() -> dict[str, Any]:
 
 def _publisher(topic: str, kind: Any) -> Any:
     return rospy.Publisher(topic, kind, queue_size=1, tcp_nodelay=True) if topic else None
+
+
+def forgiving(kind: Any) -> Any:
+    """Return a message type that says by ``unreadable`` why it cannot be read, where ``kind`` ends the connection."""
+
+    class Forgiving(kind):  # type: ignore[misc] # made by genpy, which has no types
+        unreadable: Exception | None = None
+
+        def deserialize(self, buffer: Any) -> Any:
+            try:
+                return super().deserialize(buffer)
+            except Exception as error:  # whatever generated code may raise over damaged bytes
+                self.unreadable = error
+                return self
+
+    return Forgiving
+
+
+def stay_registered() -> threading.Thread:
+    """Register the node again whenever the master has forgotten it: rospy itself registers only once.
+
+    The thread that does it ends with the process.
+    """
+    thread = threading.Thread(target=_watch_master, name="registration", daemon=True)
+    thread.start()
+    return thread
+
+
+def _watch_master() -> None:
+    master = rosgraph.Master(rospy.get_name())
+    while not rospy.is_shutdown():
+        time.sleep(LOOK_AT_MASTER)
+        try:
+            master.lookupNode(rospy.get_name())
+        except rosgraph.MasterError:
+            rospy.logwarn("the master does not know this node any more: registering again")
+            _register_all()
+        except (OSError, rosgraph.MasterException) as error:
+            rospy.logwarn_throttle(10.0, f"the master does not answer: {error}")
+
+
+def _register_all() -> None:
+    topics, listeners = get_topic_manager(), get_registration_listeners()
+    for name, kind in topics.get_publications():
+        listeners.notify_added(name, kind, Registration.PUB)
+    for name, kind in topics.get_subscriptions():
+        listeners.notify_added(name, kind, Registration.SUB)

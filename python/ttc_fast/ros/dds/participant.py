@@ -1,10 +1,11 @@
-"""A node in a ROS 2 graph: what it reads, what it publishes, and what it says of itself."""
+"""A node in a ROS 2 graph: the topics that it reads and publishes, and its announcement to the graph."""
 
 from __future__ import annotations
 
 import logging
 from typing import TYPE_CHECKING, Any
 
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
 from cyclonedds.core import DDSException, InstanceState, Qos, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.internal import InvalidSample
@@ -13,16 +14,14 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from ttc_fast.ros.dds import qos
-from ttc_fast.ros.dds.encode import encoded_discovery
+from ttc_fast.ros.dds.malformed import counts_of
 from ttc_fast.ros.dds.names import dds_topic, resolved
-from ttc_fast.ros.dds.publications import Publications
-from ttc_fast.ros.dds.refusals import refusals
 from ttc_fast.ros.dds.settings import DdsSettings
-from ttc_fast.ros.dds.topic_types import topic_type, type_hash
+from ttc_fast.ros.dds.types import dds_name, message, serialized, topic_type, type_hash
 from ttc_fast.ros_messages import MessageError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     Decode = Callable[[bytes], Any]
     Take = Callable[[Any], None]
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("ttc_fast.dds")
 ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 AT_ONCE = 16
-"""How many samples are taken in one go; more than any history that is kept here."""
+"""The most samples that are taken at once; more than any history that is kept here."""
 
 
 class Subscription:
@@ -39,9 +38,9 @@ class Subscription:
     Attributes
     ----------
     topic : str
-        Its full ROS name.
+        The full ROS name of the topic.
     unreadable : int
-        Messages that Cyclone let pass, and that are not what their type says all the same.
+        The number of messages that Cyclone let pass and the decoder refused.
     """
 
     def __init__(self, reader: Any, topic: str, decode: Decode, take: Take) -> None:
@@ -70,7 +69,7 @@ class Subscription:
 
     @property
     def lost(self) -> int:
-        """How many samples never came, although publishers sent them."""
+        """The number of samples that publishers sent and that never came."""
         return int(self.reader.get_sample_lost_status().total_count)
 
 
@@ -85,11 +84,11 @@ class Publisher:
 
     @property
     def has_listeners(self) -> bool:
-        """Whether anybody reads it."""
+        """Whether there is a reader."""
         return bool(self.writer.get_matched_subscriptions())
 
     def publish(self, cdr: bytes) -> None:
-        """Send a serialised message. A reader that is stuck holds nobody up: the message is given up and counted."""
+        """Send a serialised message. If a reader is stuck, the message is given up and counted."""
         try:
             self.writer.write(self._kind(cdr))
         except DDSException as error:
@@ -98,13 +97,46 @@ class Publisher:
                 LOG.warning("%d messages on %s could not be sent: %s", self.unsent, self.topic, error)
 
 
+class Publications:
+    """Waits for publishers of topics whose type is not known before.
+
+    Parameters
+    ----------
+    participant : DomainParticipant
+        The participant whose peers may publish them.
+
+    Attributes
+    ----------
+    condition : ReadCondition
+        Wakes a waitset when there are new publishers.
+    """
+
+    def __init__(self, participant: Any) -> None:
+        self._reader = BuiltinDataReader(participant, BuiltinTopicDcpsPublication)
+        self.condition = ReadCondition(self._reader, ANY)
+        self._wanted: dict[tuple[str, str], tuple[str, str, Any, Any]] = {}
+
+    def wait_for(self, dds_topic: str, topic: str, kinds: Mapping[str, tuple[Any, Any]]) -> None:
+        """Wait for a topic of any of these types."""
+        for name, (decode, take) in kinds.items():
+            self._wanted[dds_topic, dds_name(name)] = (topic, name, decode, take)
+
+    def found(self) -> Iterator[tuple[str, str, Any, Any]]:
+        """Yield topic, type, decoder and receiver of each topic that is published now, once."""
+        while seen := self._reader.take(64):
+            for each in seen:
+                wanted = self._wanted.pop((each.topic_name, each.type_name), None)
+                if wanted is not None:
+                    yield wanted
+
+
 class Participant:
     """A node in a ROS 2 graph.
 
     Parameters
     ----------
     settings : DdsSettings
-        Its name, and the domain.
+        The name of the node, and the domain.
 
     Raises
     ------
@@ -113,14 +145,14 @@ class Participant:
 
     Examples
     --------
-    >>> from ttc_fast.ros.dds.encode import encoded_bool
     >>> from ttc_fast.ros.dds.participant import Participant
     >>> from ttc_fast.ros.dds.settings import DdsSettings
+    >>> from ttc_fast.ros.dds.types import message, serialized
     >>> node = Participant(DdsSettings(domain_id=117))
     >>> scans = node.subscribe("/scan", "sensor_msgs/LaserScan", bytes, print, sensor_data=True)
     >>> brake = node.publisher("brake_bool", "std_msgs/Bool")
     >>> node.announce()
-    >>> brake.publish(encoded_bool(True))
+    >>> brake.publish(serialized(message("std_msgs/Bool", data=True)))
     >>> if node.wait(0.01):
     ...     node.take()
     >>> node.dropped(scans)
@@ -130,7 +162,7 @@ class Participant:
 
     def __init__(self, settings: DdsSettings | None = None) -> None:
         self.settings = DdsSettings() if settings is None else settings
-        self._refusals = refusals(self.settings.domain)
+        self._malformed = counts_of(self.settings.domain)
         said = qos.with_user_data(Qos(), f"enclave={self.settings.enclave};".encode())
         self._participant = DomainParticipant(self.settings.domain, said)
         self._waitset = WaitSet(self._participant)
@@ -148,15 +180,15 @@ class Participant:
         Parameters
         ----------
         topic : str
-            Its ROS name.
+            The ROS name of the topic.
         name : str
-            Of its type, like "sensor_msgs/LaserScan".
+            The name of its type, like "sensor_msgs/LaserScan".
         decode : callable
-            Makes a message of its bytes, or raises MessageError.
+            Makes a message from its bytes, or raises MessageError.
         take : callable
             Called with each message, by the ``take`` of the participant.
         sensor_data : bool
-            Whether the next message is better than a lost one again.
+            Whether a lost message is not sent again, because the next one is better.
 
         Returns
         -------
@@ -170,14 +202,14 @@ class Participant:
         return self.subscriptions[-1]
 
     def subscribe_by_type(self, topic: str, kinds: Mapping[str, tuple[Decode, Take]]) -> None:
-        """Read a topic that may have one of several types, as soon as somebody publishes it.
+        """Read a topic that may have one of several types, as soon as it is published.
 
         Parameters
         ----------
         topic : str
-            Its ROS name.
+            The ROS name of the topic.
         kinds : mapping
-            For each type the two callables of ``subscribe``.
+            The two callables of ``subscribe`` for each type.
         """
         if self._publications is None:
             self._publications = Publications(self._participant)
@@ -191,45 +223,51 @@ class Participant:
         return self.publishers[-1]
 
     def announce(self) -> None:
-        """Tell the ROS graph which node this is and what is its own; ``ros2 node list`` knows it from there."""
-        cdr = encoded_discovery(
-            self._gid(self._participant),
-            self.settings.namespace,
-            self.settings.node_name,
-            readers=[self._gid(each.reader) for each in self.subscriptions],
-            writers=[self._gid(each.writer) for each in self.publishers],
+        """Tell the ROS graph the name of the node and its topics, which ``ros2 node list`` shows."""
+        entities = self._message(
+            "NodeEntitiesInfo",
+            node_namespace=self.settings.namespace,
+            node_name=self.settings.node_name,
+            reader_gid_seq=[self._gid(each.reader) for each in self.subscriptions],
+            writer_gid_seq=[self._gid(each.writer) for each in self.publishers],
         )
-        self._discovery.write(self._type("rmw_dds_common/ParticipantEntitiesInfo")(cdr))
+        info = self._message(
+            "ParticipantEntitiesInfo", gid=self._gid(self._participant), node_entities_info_seq=[entities]
+        )
+        self._discovery.write(self._type("rmw_dds_common/ParticipantEntitiesInfo")(serialized(info)))
 
     def wait(self, timeout: float) -> bool:
-        """Wait for messages, at most for as long as this (s), and say whether there are any."""
+        """Wait for messages, at most this long (s), and return whether there are any."""
         return self._waitset.wait(max(int(timeout * 1e9), 0)) > 0
 
     def take(self) -> None:
-        """Hand all messages that have come to who takes them."""
+        """Hand over all messages that have come."""
         for each in self.subscriptions:
             each.take()
         if self._publications is not None:
             self._subscribe_to_new(self._publications)
 
     def dropped(self, subscription: Subscription) -> int:
-        """Return how many messages of a topic were no messages: cut short or damaged."""
-        return self._refusals.of(dds_topic(subscription.topic)) + subscription.unreadable
+        """Return the number of messages of a topic that were cut short or damaged."""
+        return self._malformed.of(dds_topic(subscription.topic)) + subscription.unreadable
 
     @property
     def malformed(self) -> int:
-        """How many packets were none of DDS, whatever they were for."""
-        return self._refusals.of("")
+        """The number of packets that were none of DDS."""
+        return self._malformed.of("")
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Leave the graph, and the domain with the last participant of this process in it.
+
+        Cyclone leaves only if its objects go one by one: of what the garbage collector finds in a circle it forgets to.
+        """
         for condition in self._conditions:
             self._waitset.detach(condition)
         self._conditions.clear()
         self.subscriptions.clear()
         self.publishers.clear()
         self._publications = None
-        del self._discovery, self._waitset, self._participant
+        del self._discovery, self._waitset, self._participant, self._malformed
 
     def _subscribe_to_new(self, publications: Publications) -> None:
         for topic, name, decode, take in publications.found():
@@ -257,7 +295,9 @@ class Participant:
         self._waitset.attach(condition)
         self._conditions.append(condition)
 
-    def _gid(self, entity: Any) -> bytes:
-        """Return the Gid of an entity: its GUID, and zeros behind where ROS has more room for it."""
-        guid: bytes = entity.guid.bytes
-        return guid.ljust(self.settings.gid_size, b"\0")
+    def _message(self, name: str, **values: Any) -> Any:
+        return message(f"rmw_dds_common/{name}", gid_size=self.settings.gid_size, **values)
+
+    def _gid(self, entity: Any) -> Any:
+        """Return the Gid of an entity: its GUID, and zeros behind it where ROS has more room."""
+        return self._message("Gid", data=entity.guid.bytes.ljust(self.settings.gid_size, b"\0"))

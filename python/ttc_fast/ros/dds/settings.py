@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
+from ttc_fast._settings import Count, Text, check_fields, hint, setting, settings_of
 from ttc_fast.ros.dds.names import check_node
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 DOMAINS = 232
 """The highest domain whose ports are not above 65535 [RTPS 2.5, 9.6.2.3]."""
@@ -17,24 +22,16 @@ class DdsSettingError(ValueError):
 
 @dataclass(frozen=True)
 class DdsSettings:
-    """Settings that only a participant in DDS has. All else of the network is Cyclone's: the variable CYCLONEDDS_URI.
+    """Settings that only a participant in DDS has; the variable CYCLONEDDS_URI has all others of the network.
 
-    Attributes
-    ----------
-    domain_id : int or None
-        0 to 232; None is the variable ROS_DOMAIN_ID, or 0.
-    node_name, namespace : str
-        What ``ros2 node list`` shows; topics without a / in front are in the namespace.
-    gid_size : int
-        Of the sample on ros_discovery_info: 16 bytes from ROS 2 Iron on, 24 up to Humble. With the wrong one nothing is
-        lost but the name in ``ros2 node list``.
-    enclave : str
-        Of SROS 2; "/" is none.
+    The fields describe themselves.
 
     Raises
     ------
     DdsSettingError, NameNotAllowedError
-        If one is out of range, or ROS 2 does not allow a name.
+        If a setting is out of range, or ROS 2 does not allow a name.
+    TypeError
+        If a setting is of the wrong type.
 
     Examples
     --------
@@ -43,13 +40,21 @@ class DdsSettings:
     3
     """
 
-    domain_id: int | None = None
-    node_name: str = "ttc_fast"
-    namespace: str = "/"
-    gid_size: int = 16
-    enclave: str = "/"
+    domain_id: int | None = setting(None, Count(most=DOMAINS), "The domain. None is the variable ROS_DOMAIN_ID, or 0.")
+    node_name: str = setting("ttc_fast", Text(), "The name that ros2 node list shows.")
+    namespace: str = setting("/", Text(), "The namespace of the node, and of topics without a / in front.")
+    gid_size: int = setting(
+        16,
+        Count(unit="bytes"),
+        "The size of a Gid: 16 from ROS 2 Iron on, 24 up to Humble. With the wrong one, ros2 node list has no name.",
+    )
+    enclave: str = setting("/", Text(), "The enclave of SROS 2; / is none.")
 
     def __post_init__(self) -> None:
+        try:
+            check_fields(self)
+        except ValueError as error:
+            raise DdsSettingError(str(error)) from None
         check_node(self.node_name, self.namespace)
         if self.gid_size not in (16, 24):
             raise DdsSettingError(f"gid_size is 16 from ROS 2 Iron on and 24 up to Humble, got {self.gid_size!r}")
@@ -58,9 +63,18 @@ class DdsSettings:
         if not 0 <= self.domain <= DOMAINS:
             raise DdsSettingError(f"domain_id must be from 0 to {DOMAINS}, got {self.domain}")
 
+    @classmethod
+    def of(cls, table: Mapping[str, Any]) -> DdsSettings:
+        """Make settings from the table [dds] of a file."""
+        by_name = {each.name: each for each in settings_of(cls)}
+        for name in table:
+            if name not in by_name:
+                raise DdsSettingError(f"there is no setting {name!r}: {hint(str(name), by_name)}")
+        return cls(**{name: by_name[name].read(value) for name, value in table.items()})
+
     @property
     def domain(self) -> int:
-        """The DDS domain, which is ROS's too."""
+        """The DDS domain, which is the ROS domain as well."""
         if self.domain_id is not None:
             return self.domain_id
         given = os.environ.get("ROS_DOMAIN_ID", "") or "0"

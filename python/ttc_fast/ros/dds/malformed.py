@@ -1,7 +1,8 @@
-"""How many messages Cyclone DDS refused on their way in, by topic.
+"""Counts of the messages that Cyclone DDS dropped because their bytes do not fit their type, by topic.
 
-Cyclone holds the bytes of a message to the fields of its type before anybody sees them, drops those that do not fit,
-and says so in its log; nowhere else. So it is told to write warnings into a pipe as well, where they are counted.
+Cyclone compares the bytes of a message with the fields of its type before a reader gets them, and drops those that do
+not fit. It reports that in its log only: the statuses (sample lost, sample rejected) and the statistics of a reader
+stay at 0. So Cyclone writes its warnings into a pipe as well, where they are counted.
 """
 
 from __future__ import annotations
@@ -17,19 +18,19 @@ from cyclonedds.core import DDSException
 from cyclonedds.domain import Domain
 
 LOG = logging.getLogger("ttc_fast.dds")
-REFUSED = re.compile(r"deserialization (?P<topic>.*)/[^/]* failed \(|malformed packet received")
+DROPPED = re.compile(r"deserialization (?P<topic>.*)/[^/]* failed \(|malformed packet received")
 CONFIGURATION = "<CycloneDDS><Domain><Tracing><Verbosity>warning</Verbosity><OutputFile>/dev/fd/{}</OutputFile>{}"
 CLOSING = "</Tracing></Domain></CycloneDDS>"
 
 
-class Refusals:
-    """Counts the messages that Cyclone refuses in one domain.
+class MalformedCounts:
+    """Counts the messages that Cyclone drops in one domain.
 
     Parameters
     ----------
     domain : int
-        Which is configured by the variable CYCLONEDDS_URI as ever. If the configuration traces into a file of its own,
-        or the process is in that domain already, all goes on as usual and nothing is counted.
+        The domain, which the variable CYCLONEDDS_URI configures as ever. If that traces into a file of its own, or the
+        process is in the domain already, nothing is counted.
     """
 
     def __init__(self, domain: int) -> None:
@@ -42,28 +43,28 @@ class Refusals:
             if error.code != DDSException.DDS_RETCODE_PRECONDITION_NOT_MET:
                 os.close(reading)
                 raise
-            LOG.warning("domain %d is configured already: refused messages are not counted", domain)
+            LOG.warning("domain %d is configured already: malformed messages are not counted", domain)
         finally:
             os.close(writing)  # Cyclone has opened its own; the pipe ends when Cyclone closes that
         # A thread of its own: Cyclone would wait at a full pipe.
-        # It knows the counts only: if it kept all of this, the domain would outlive whoever asks for them.
+        # It holds the counts only: if it held this object, the domain would outlive the last participant.
         arguments = (reading, self._counts, self._lock)
         threading.Thread(target=_listen, args=arguments, name="ttc_fast.dds", daemon=True).start()
 
     def of(self, topic: str) -> int:
-        """Return how many messages of a DDS topic were refused; of "", packets that tell no topic."""
+        """Return the number of messages of a DDS topic that were dropped; for "", of packets without a topic."""
         with self._lock:
             return self._counts[topic]
 
 
 def _listen(pipe: int, counts: Counter[str], lock: threading.Lock) -> None:
-    """Count what is refused, until Cyclone closes its end of the pipe."""
+    """Count what the log says was dropped, until Cyclone closes its end of the pipe."""
     with os.fdopen(pipe, encoding="utf-8", errors="replace") as lines:
         for line in lines:
-            refused = REFUSED.search(line)
-            if refused is not None:
+            dropped = DROPPED.search(line)
+            if dropped is not None:
                 with lock:
-                    counts[refused["topic"] or ""] += 1
+                    counts[dropped["topic"] or ""] += 1
 
 
 def _configuration(pipe: int) -> str:
@@ -72,15 +73,15 @@ def _configuration(pipe: int) -> str:
     return ",".join([ours, *filter(None, [os.environ.get("CYCLONEDDS_URI", "")])])
 
 
-_domains: WeakValueDictionary[int, Refusals] = WeakValueDictionary()
+_domains: WeakValueDictionary[int, MalformedCounts] = WeakValueDictionary()
 """Cyclone is configured once for each domain. It leaves a domain with the last who was in it."""
 _lock = threading.Lock()
 
 
-def refusals(domain: int) -> Refusals:
-    """Join a domain, unless somebody has, and return its counts."""
+def counts_of(domain: int) -> MalformedCounts:
+    """Join a domain, unless this process is in it already, and return its counts."""
     with _lock:
         counted = _domains.get(domain)
         if counted is None:
-            counted = _domains[domain] = Refusals(domain)
+            counted = _domains[domain] = MalformedCounts(domain)
         return counted
