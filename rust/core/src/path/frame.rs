@@ -1,6 +1,6 @@
-//! Where points come from.
+//! Where points come from: the rows of a cloud, or what else gives points in the vehicle frame.
 
-use super::entry::Sweep;
+use super::sweep::Sweep;
 use crate::column::{Column, Dense, Source};
 use crate::hit::Counts;
 use crate::lanes::{LANES, Lanes};
@@ -13,19 +13,19 @@ use crate::vehicle::Outline;
 pub(crate) trait Frame<T: Real>: Copy {
     /// How many there are.
     fn len(&self) -> usize;
-    /// x and y of the points `at .. at + LANES`, nearly; NaN where there is none, or no valid one.
+    /// Approximate x and y of the points `at .. at + LANES`; x is NaN where there is no valid one.
     fn lanes(&self, at: usize) -> [Lanes<T>; 2];
-    /// How far `lanes` may be off for points up to `reach` away, m.
+    /// How far those may be off for points up to `reach` away, m.
     fn error(&self, reach: f64) -> f64;
-    /// x and y of one point exactly; NaN where there is no valid one.
+    /// Exact x and y of one point; NaN if it is not valid.
     fn point(&self, index: usize) -> [f64; 2];
     /// Whether a point is known to be in contact, even where rounding puts it outside the outline.
     fn touches(&self, index: usize) -> bool;
-    /// What a point means that is not going to be hit.
+    /// What a point means if it is not going to be hit.
     fn status(&self, index: usize, sweep: &Sweep) -> Status;
 }
 
-/// Points as columns x, y and z. Without a z, x stands in for it: it is as valid as itself.
+/// Points as columns x, y and z. Where points have no z, x takes its place, which makes none of them less valid.
 #[derive(Clone, Copy)]
 pub(super) struct Planar<S>(pub [S; 3]);
 
@@ -48,16 +48,17 @@ impl<'a, T: Real> Planar<Column<'a, T>> {
 }
 
 impl<S> Planar<S> {
-    /// How many points are valid, invalid and in contact.
+    /// Counts how many points are valid, invalid and in contact.
     pub(super) fn count<T: Real>(self, level: Level, outline: Outline) -> Counts
     where
         S: Source<T>,
     {
-        level.run(CountPoints { points: self, outline: bounds_of(outline) })
+        level.run(CountPoints { points: self, outline: edges(outline) })
     }
 }
 
-/// A point counts if it is finite, and not the (0, 0, 0) that drivers store where nothing came back.
+/// Returns the x of a valid point, else NaN. A point is valid if it is finite, and not the (0, 0, 0) that drivers store where nothing
+/// came back.
 #[inline(always)]
 fn valid_x<T: Real>(x: T, y: T, z: T) -> T {
     let zero_if_finite = x * T::ZERO + y * T::ZERO + z * T::ZERO;
@@ -110,13 +111,13 @@ impl<T: Real, S: Source<T>> Frame<T> for Planar<S> {
     }
 }
 
-/// The numbers of type `T` inside the outline, by their least and greatest.
-fn bounds_of<T: Real>(outline: Outline) -> [T; 4] {
+/// Returns the edges of the outline, moved inwards to numbers of type `T`.
+fn edges<T: Real>(outline: Outline) -> [T; 4] {
     let Outline { x_rear, x_front, y_right, y_left } = outline;
     [T::not_below(x_rear), T::not_above(x_front), T::not_below(y_right), T::not_above(y_left)]
 }
 
-/// Counts the points of a frame.
+/// Counts points that are valid, invalid and in contact.
 struct CountPoints<T, S> {
     points: Planar<S>,
     outline: [T; 4],

@@ -1,21 +1,18 @@
 //! When static points enter the moving vehicle: the exact first entry into its outline, in closed form.
 //!
 //! With speed and yaw rate constant, a static point moves on a circle about the instantaneous centre of rotation, seen
-//! from the vehicle; on a line when the vehicle drives straight. [`entry`] says when that path first meets the outline,
-//! [`clearance`] how far a point is from it now and how fast that shrinks, [`bounds`] which points cannot matter, and
-//! [`search`] puts these together. [`frame`] is where points come from: a cloud, or the beams of a scanner.
+//! from the vehicle; on a line when the vehicle drives straight. [`frame`] is where points come from: a cloud, or the beams of a
+//! scanner. [`sweep`] says when a point's path first meets the outline, how far the point is from it now, and how fast that shrinks.
+//! [`search`] finds the point that is first, and computes exactly only the few points that bounds do not rule out.
 
-mod bounds;
-mod clearance;
-mod entry;
 mod frame;
 mod search;
+mod sweep;
 
 pub(crate) use {
-    clearance::Approach,
-    entry::Sweep,
     frame::Frame,
     search::{each, entering, least},
+    sweep::Sweep,
 };
 
 use crate::column::ColumnMut;
@@ -27,14 +24,15 @@ use crate::simd::Level;
 use crate::status::Status;
 use crate::vehicle::{Motion, Outline};
 use frame::Planar;
+use sweep::Approach;
 
-/// No vehicle is larger, m. Keeps every product far from overflow.
+/// No vehicle reaches farther from its origin, m. This keeps every product far from overflow.
 const LARGEST: f64 = 1e6;
 
-/// Nobody looks farther ahead, s.
+/// The longest horizon, s.
 const LONGEST: f64 = 1e6;
 
-/// A vehicle's outline, and how far ahead to look.
+/// A vehicle's outline, and how far ahead it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweptPath {
     outline: Outline,
@@ -45,17 +43,17 @@ pub struct SweptPath {
 /// The point that is hit first, and everything that says why.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestPoint {
-    /// Least time until a point enters the outline, s.
+    /// The least time until a point enters the outline, s.
     pub ttc: f64,
-    /// What it means.
+    /// What that time means.
     pub status: Status,
     /// The point that decided: the one of `ttc`, else the first in contact, else none.
     pub index: Option<usize>,
-    /// Where it is, m. NaN without a point, as all that follows.
+    /// Its x, m. It is NaN without a point, as is all that follows.
     pub x: f64,
-    /// Where it is, m.
+    /// Its y, m.
     pub y: f64,
-    /// From the outline to the point, m; negative inside.
+    /// The distance from the outline to the point, m; negative inside.
     pub clearance: f64,
     /// How fast the clearance shrinks now, m/s.
     pub closing_speed: f64,
@@ -64,7 +62,7 @@ pub struct NearestPoint {
 }
 
 impl SweptPath {
-    /// A swept path, computed at instruction-set level `level`.
+    /// Makes a swept path, to be computed at instruction-set level `level`.
     ///
     /// # Errors
     /// When the outline is no rectangle, or the horizon no time.
@@ -89,21 +87,21 @@ impl SweptPath {
         self.horizon
     }
 
-    /// Whether a motion makes sense for this outline. Those that take a motion check it too.
+    /// Checks a motion, as every function that takes one does.
     ///
     /// # Errors
-    /// When it does not.
+    /// When the motion makes no sense for this outline.
     pub fn check_motion(&self, motion: Motion) -> Result<(), Error> {
         self.sweep(motion).map(|_| ())
     }
 
-    /// The outline in one motion.
+    /// Returns the outline in one motion, if that makes sense.
     pub(crate) fn sweep(&self, motion: Motion) -> Result<Sweep, Error> {
         Sweep::new(self.outline, self.horizon, motion)
     }
 
-    /// Least time until one of the points of a row enters the outline, s; infinite when none does within the horizon,
-    /// `None` when there is no valid point.
+    /// Returns the least time until one of the points of a row enters the outline, s; infinite when none does within the
+    /// horizon, `None` when there is no valid point.
     ///
     /// # Errors
     /// When the motion makes no sense.
@@ -120,7 +118,7 @@ impl SweptPath {
         Ok((best.closes() || points.any_valid()).then_some(best.ttc))
     }
 
-    /// The point of a row that is hit first, and everything that says why.
+    /// Returns the point of a row that is hit first, and everything that says why.
     ///
     /// # Errors
     /// When the motion makes no sense.
@@ -146,7 +144,7 @@ impl SweptPath {
         Ok(NearestPoint { ttc: best.ttc, status: status(best, counts), index, x, y, clearance, closing_speed, counts })
     }
 
-    /// Time until each point of a row enters the outline into `out`, and what it means into `status_out`.
+    /// Writes the time until each point of a row enters the outline into `out`, and what it means into `status_out`.
     ///
     /// # Errors
     /// When a length or the motion makes no sense.

@@ -1,29 +1,143 @@
-//! The first entry of a frame, exactly, without computing every point exactly.
+//! The first entry of a frame's points, exactly, without computing every point exactly.
 //!
-//! First the bounds of all points: most can never enter within the horizon. Then the few that may, those with the least
-//! bounds first, until no bound is below the best time any more. Rounding of bounds costs time, never the answer.
+//! [`Bounds`] says of all points which can matter, in lanes of their own type: most can never enter within the horizon. Of the few that
+//! may, [`least`] computes exactly those with the least bounds first, until no bound is below the best time any more.
+//!
+//! The bounds rest on two facts, which hold for every static point, turning or not. What it keeps on its way is
+//!
+//! ```text
+//! level(x, y) = vy x - vx y + omega/2 (x^2 + y^2)
+//! ```
+//!
+//! so it can only enter where the outline has that level: a ring about the instantaneous centre, or a strip when driving
+//! straight. And it keeps its speed, so it cannot enter sooner than the straight way to the outline takes.
+//!
+//! Both are computed with slack for every rounding: they let points through that do not matter, never the other way round, so that
+//! rounding costs time, never the answer. Velocities are divided by the fastest, which keeps them near 1: times become ways.
 
-use super::bounds::{Bounded, Bounds};
-use super::entry::Sweep;
 use super::frame::Frame;
+use super::sweep::Sweep;
 use crate::column::ColumnMut;
 use crate::hit::Hit;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 use crate::status::Status;
+use crate::vehicle::Outline;
 
-/// So many points are decided before the others are looked at again; twice as many the next time.
+/// What bounds when points enter, in one sweep.
+#[derive(Clone, Copy)]
+struct Bounds<T> {
+    /// The scaled speed forward.
+    vx: T,
+    /// The scaled speed to the left.
+    vy: T,
+    /// The scaled yaw rate, 1/m.
+    omega: T,
+    /// Half the scaled yaw rate, 1/m.
+    half: T,
+    /// The outline, wider by how far positions may be off.
+    outline: [T; 4],
+    /// The least and the largest level of the outline.
+    levels: (T, T),
+    /// How far the square of a scaled speed may be off.
+    slack: T,
+    /// The speed that all are divided by, m/s. No point is faster.
+    fastest: f64,
+}
+
+/// A group of points, by their bounds.
+struct Bounded<T> {
+    /// A bit for each point that may enter in time.
+    bits: u16,
+    /// For each point a number not above the square of its way until it enters; meaningless without its bit.
+    ways: Lanes<T>,
+}
+
+impl<T: Real> Bounds<T> {
+    /// Makes bounds for positions that are off by up to `error`, or `None` if nothing moves.
+    fn new(sweep: &Sweep, error: f64) -> Option<Self> {
+        let Sweep { vx, vy, omega, reach, .. } = *sweep;
+        let fastest = vx.abs() + vy.abs() + omega.abs() * reach;
+        if fastest == 0.0 {
+            return None;
+        }
+        let (vx, vy, half) = (vx / fastest, vy / fastest, omega / fastest / 2.0);
+        let Outline { x_rear, x_front, y_right, y_left } = sweep.outline;
+        let rounding = 2.0 * T::SLACK.to_f64();
+        let off = error + 4.0 * sweep.touch + rounding * reach;
+        let (x_low, x_high) = range(vy, half, x_rear, x_front);
+        let (y_low, y_high) = range(-vx, half, y_right, y_left);
+        Some(Bounds {
+            vx: T::from_f64(vx),
+            vy: T::from_f64(vy),
+            omega: T::from_f64(2.0 * half),
+            half: T::from_f64(half),
+            outline: [
+                T::not_above(x_rear - off),
+                T::not_below(x_front + off),
+                T::not_above(y_right - off),
+                T::not_below(y_left + off),
+            ],
+            levels: (T::not_above(x_low + y_low - 3.0 * off), T::not_below(x_high + y_high + 3.0 * off)),
+            slack: T::not_below(2.0 * rounding + 4.0 * off / reach),
+            fastest,
+        })
+    }
+
+    /// Returns the square of the way that may be covered in `seconds`; points with ways above it cannot matter.
+    #[inline(always)]
+    fn limit(&self, seconds: f64) -> T {
+        let way = self.fastest * seconds;
+        T::from_f64(way * way * (1.0 + 4.0 * T::SLACK.to_f64())) + T::TINY
+    }
+
+    /// Bounds a group of points. A point whose x is NaN gets no bit.
+    #[inline(always)]
+    fn lanes<I: Instructions>(&self, simd: I, [x, y]: &[Lanes<T>; 2], limit: T) -> Bounded<T> {
+        let level: Lanes<T> = std::array::from_fn(|lane| {
+            x[lane] * (self.vy + self.half * x[lane]) + y[lane] * (self.half * y[lane] - self.vx)
+        });
+        let [x_rear, x_front, y_right, y_left] = self.outline;
+        let ways = std::array::from_fn(|lane| {
+            let (dx, dy) = (outside(x[lane], x_rear, x_front), outside(y[lane], y_right, y_left));
+            let (sx, sy) = (self.omega * y[lane] - self.vx, self.omega * x[lane] + self.vy);
+            (dx * dx + dy * dy) / (sx * sx + sy * sy + self.slack)
+        });
+        let in_ring = T::within(simd, &level, &[self.levels.0; LANES], &[self.levels.1; LANES]);
+        Bounded { bits: in_ring & T::within(simd, &ways, &[T::ZERO; LANES], &[limit; LANES]), ways }
+    }
+}
+
+/// Returns how far a coordinate is outside an interval.
+#[inline(always)]
+fn outside<T: Real>(value: T, low: T, high: T) -> T {
+    let below = low - value;
+    let above = value - high;
+    let more = if below > above { below } else { above };
+    if more > T::ZERO { more } else { T::ZERO }
+}
+
+/// Returns the least and the greatest value of `rate p + half p^2` on an interval.
+fn range(rate: f64, half: f64, low: f64, high: f64) -> (f64, f64) {
+    let value = |p: f64| p * (rate + half * p);
+    let vertex = if half == 0.0 { low } else { (-rate / (2.0 * half)).clamp(low, high) };
+    let values = [value(low), value(high), value(vertex)];
+    (values.into_iter().fold(f64::INFINITY, f64::min), values.into_iter().fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// How many points are computed exactly before the bounds of the others are compared again. The number doubles each time.
 const FIRST: usize = 4;
 
-/// A point that may enter, and the square of the way that it needs at least.
+/// A point that may enter.
 #[derive(Clone, Copy)]
 struct Candidate<T> {
+    /// The square of the way that it needs at least.
     way: T,
     index: usize,
 }
 
-/// The point that is hit first.
+/// Returns the point that is hit first.
 pub(crate) fn least<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Hit {
     let mut best = Hit::NONE;
     let Some(bounds) = Bounds::new(sweep, frame.error(sweep.reach)) else { return best };
@@ -46,20 +160,20 @@ pub(crate) fn least<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) 
     best
 }
 
-/// Every point that is hit.
+/// Returns every point that is hit.
 pub(crate) fn entering<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Vec<Hit> {
     let Some(bounds) = Bounds::new(sweep, frame.error(sweep.reach)) else { return Vec::new() };
     let candidates = level.run(Gather { frame, bounds, limit: bounds.limit(sweep.horizon) });
     candidates.into_iter().map(|candidate| decide(&frame, sweep, candidate.index)).filter(Hit::closes).collect()
 }
 
-/// One point exactly.
+/// Computes one point exactly.
 #[inline(always)]
 fn decide<T: Real>(frame: &impl Frame<T>, sweep: &Sweep, index: usize) -> Hit {
     Hit { ttc: sweep.ttc(frame.point(index), frame.touches(index)), index }
 }
 
-/// Move those that pass to the front, and say how many there are.
+/// Moves the items that pass to the front, and returns how many there are.
 fn keep<C: Copy>(items: &mut [C], passes: impl Fn(&C) -> bool) -> usize {
     let mut kept = 0;
     for i in 0..items.len() {
@@ -96,7 +210,7 @@ impl<T: Real, F: Frame<T>> Kernel for Gather<F, T> {
     }
 }
 
-/// Times of all points into `out`, and what they mean into `status_out`.
+/// Writes the times of all points into `out`, and what they mean into `status_out`.
 pub(crate) fn each<'o, T: Real>(
     level: Level,
     frame: impl Frame<T>,
@@ -108,7 +222,7 @@ pub(crate) fn each<'o, T: Real>(
     level.run(Each { frame, sweep, bounds, out, status_out });
 }
 
-/// Computes all of them.
+/// Writes the times of all points.
 struct Each<'a, 'o, T, F> {
     frame: F,
     sweep: &'a Sweep,
@@ -124,7 +238,7 @@ impl<T: Real, F: Frame<T>> Kernel for Each<'_, '_, T, F> {
     fn run<I: Instructions>(mut self, simd: I) {
         let limit = self.bounds.map_or(T::ZERO, |bounds| bounds.limit(self.sweep.horizon));
         for at in (0..self.frame.len()).step_by(LANES) {
-            // What they mean comes first: `out` may be where the points are read from.
+            // The statuses come first: the points may be read from where `out` writes.
             let mut status = self.status_out.is_some().then(|| self.status(at));
             let points = self.frame.lanes(at);
             let bits = self.bounds.map_or(0, |bounds| bounds.lanes(simd, &points, limit).bits);
@@ -142,7 +256,7 @@ impl<T: Real, F: Frame<T>> Kernel for Each<'_, '_, T, F> {
 }
 
 impl<T: Real, F: Frame<T>> Each<'_, '_, T, F> {
-    /// Times of the points with a bit, and a bit for each that is hit.
+    /// Returns the times of the points with a bit, and a bit for each that is hit.
     #[inline(always)]
     fn decide(&self, at: usize, mut bits: u16) -> (Lanes<T>, u16) {
         let (mut times, mut hit) = ([T::INFINITY; LANES], 0);
@@ -156,7 +270,7 @@ impl<T: Real, F: Frame<T>> Each<'_, '_, T, F> {
         (times, hit)
     }
 
-    /// What the points mean as long as they are not going to be hit.
+    /// Returns what the points mean unless they are going to be hit.
     fn status(&self, at: usize) -> Lanes<u8> {
         let status =
             |index| if index < self.frame.len() { self.frame.status(index, self.sweep) } else { Status::Clear };
