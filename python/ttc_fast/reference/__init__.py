@@ -4,14 +4,14 @@ This is the specification of the kernels, and what they are tested against: it s
 nothing clever. Read it in this order:
 
 - ``formula``: time-to-collision from clearance and closing speed; all else prepares its input or reads its output
-- ``geometry``: where beams point, how the sensor moves, how far the vehicle reaches along a beam
-- ``readings``: what a number in ``ranges`` means
-- ``vote``: which beam decides
-- ``scan`` and ``bare``: these put together, as ``ScanTTC`` and ``ittc``
+- ``vehicle``: where the sensor sits, how far the vehicle reaches along a beam, how it moves
+- ``ittc``: the bare formula over arrays
+- ``scan``: iTTC of the beams of a scanner, as ``ScanTTC``; in it ``settings``, ``readings`` (what a number in
+  ``ranges`` means) and ``vote`` (which beam decides)
 - ``range_rate``: closing speeds from scan to scan instead of from the vehicle's speed, as ``RangeRate``
-- ``sweep``: when a point first enters the moving outline
-- ``path``: that of points and of beams, as ``SweptPath`` and ``ScanSweptPath``
-- ``results`` and ``arguments``: what comes out, and what may go in
+- ``path``: when points enter the moving outline, as ``SweptPath``; in it ``sweep``, the way of one point
+- ``scan.swept``: when the points of beams do, as ``ScanSweptPath``
+- ``hit`` and ``arguments``: counts and batches that come out, and checks of what goes in
 
 and for point clouds:
 
@@ -78,10 +78,11 @@ from ttc_fast.brake import (
     SweptPathThreshold,
 )
 from ttc_fast.pointcloud2 import from_pointcloud2
-from ttc_fast.reference.bare import ittc
 from ttc_fast.reference.camera import KeypointTTC, ttc_from_heights, ttc_from_keypoints, ttc_from_scale
 from ttc_fast.reference.cloud import MinX, robust_min_x
 from ttc_fast.reference.cloud_tracker import CloudTracker
+from ttc_fast.reference.hit import Counts, CountsBatch
+from ttc_fast.reference.ittc import ittc
 from ttc_fast.reference.motion import (
     deceleration_to_avoid_crash,
     rss_longitudinal_distance,
@@ -90,11 +91,11 @@ from ttc_fast.reference.motion import (
     ttc_constant_acceleration,
     ttc_constant_velocity,
 )
-from ttc_fast.reference.path import ScanSweptPath, SweptPath
+from ttc_fast.reference.path import NearestPoint, NearestPointBatch, SweptPath
 from ttc_fast.reference.range_rate import RangeRate, RangeRateNearest
-from ttc_fast.reference.results import Counts, CountsBatch, Nearest, NearestBatch, NearestPoint, NearestPointBatch
 from ttc_fast.reference.road import RoadFit, fit_road
-from ttc_fast.reference.scan import ScanTTC
+from ttc_fast.reference.scan import Nearest, NearestBatch, ScanTTC
+from ttc_fast.reference.scan.swept import ScanSweptPath
 from ttc_fast.reference.shrinking import CloudTTC, ttc_from_clouds, ttc_from_distances
 from ttc_fast.reference.tracker import DistanceTracker, TrackedTTC
 from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_target_velocity

@@ -1,4 +1,8 @@
-"""What may go in: arrays of floats, arrays to write to, and numbers; everything else is refused by name."""
+"""The checks of arguments: numbers, arrays of floats, and arrays to write to.
+
+Each check takes the name of the argument and its value, and returns the value in its own type. A value of the wrong
+type raises TypeError, one out of range ValueError; the message names the argument.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,6 @@ from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex
 
 import numpy as np
 
-from ttc_fast.reference.geometry import Motion
-
 if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def floats(argument: str, values: Any) -> Floats:
-    """``values`` as an array over the same memory: float32 or float64, one scan (1-D) or a batch of scans (2-D)."""
+    """Return ``values`` as an array over the same memory: float32 or float64, a scan (1-D) or a batch (2-D)."""
     if not isinstance(values, np.ndarray):
         try:
             values = memoryview(values)
@@ -32,7 +34,7 @@ def floats(argument: str, values: Any) -> Floats:
 
 
 def output(argument: str, array: Any, ranges: Floats, dtype: DTypeLike) -> NDArray[Any]:
-    """``array`` itself, if results for ``ranges`` may be written to it: of the same shape, and apart in memory.
+    """Return ``array`` if results for ``ranges`` may be written to it: of the same shape, and apart in memory.
 
     It may be ``ranges`` itself, but not a shifted part of it.
     """
@@ -51,14 +53,14 @@ def output(argument: str, array: Any, ranges: Floats, dtype: DTypeLike) -> NDArr
 
 
 def number(argument: str, value: Any) -> float:
-    """``value`` as a float, if it is a single number."""
+    """Return ``value`` as a float if it is a single number."""
     if np.ndim(value) == 0 and isinstance(value, SupportsFloat | SupportsIndex):
         return float(value)
     raise TypeError(f"{argument} must be a number, got {value!r}")
 
 
 def finite(argument: str, value: Any) -> float:
-    """``value`` as a float, if it is a single finite number."""
+    """Return ``value`` as a float if it is a single finite number."""
     result = number(argument, value)
     if not math.isfinite(result):
         raise ValueError(f"{argument} must be a finite number, got {result}")
@@ -66,7 +68,7 @@ def finite(argument: str, value: Any) -> float:
 
 
 def non_negative(argument: str, value: Any) -> float:
-    """``value`` as a float, if it is a single finite number of at least 0."""
+    """Return ``value`` as a float if it is a single finite number of at least 0."""
     result = finite(argument, value)
     if result < 0:
         raise ValueError(f"{argument} must be at least 0, got {result}")
@@ -74,44 +76,54 @@ def non_negative(argument: str, value: Any) -> float:
 
 
 def positive(argument: str, value: Any) -> float:
-    """``value`` as a float, if it is a single finite number above 0."""
+    """Return ``value`` as a float if it is a single finite number above 0."""
     result = finite(argument, value)
     if not result > 0:
         raise ValueError(f"{argument} must be above 0, got {result}")
     return result
 
 
-def motions(ranges: Floats, speed: Any, yaw_rate: Any, lateral_speed: Any) -> list[Motion]:
-    """Give each scan its motion: numbers for one scan; for a batch, numbers or arrays with one entry per scan."""
-    if ranges.ndim == 1:
-        return [Motion(finite("speed", speed), finite("yaw_rate", yaw_rate), finite("lateral_speed", lateral_speed))]
-    columns = (
-        _one_each("speed", speed, len(ranges)),
-        _one_each("yaw_rate", yaw_rate, len(ranges)),
-        _one_each("lateral_speed", lateral_speed, len(ranges)),
-    )
-    return [Motion(*row) for row in zip(*columns, strict=True)]
+def duration(argument: str, value: Any, longest: float) -> float:
+    """Return ``value`` as a float if it is a number of seconds above 0 and at most ``longest``."""
+    seconds = number(argument, value)
+    if not 0 < seconds <= longest:
+        raise ValueError(f"{argument} must be above 0 and at most {longest} s, got {seconds}")
+    return seconds
 
 
-def _one_each(argument: str, values: Any, scans: int) -> list[float]:
-    array = np.asarray(values)
-    if array.ndim == 0:
-        return [finite(argument, values)] * scans
-    if array.shape != (scans,):
-        raise ValueError(f"{argument} must be a number or have shape ({scans},), got {array.shape}")
-    return [finite(argument, value) for value in array]
+def count_in(argument: str, value: Any, least: int, most: int) -> int:
+    """Return ``value`` as an int if it is a whole number from ``least`` to ``most``."""
+    result = operator.index(value)
+    if not least <= result <= most:
+        raise ValueError(f"{argument} must be at least {least} and at most {most}, got {result}")
+    return result
+
+
+def choice(argument: str, value: Any, options: tuple[str, str]) -> str:
+    """Return ``value`` if it is one of the two options."""
+    if value not in options:
+        raise ValueError(f"{argument} must be {options[0]!r} or {options[1]!r}, got {value!r}")
+    return str(value)
 
 
 def checked_threads(threads: Any) -> int:
-    """``threads``, if it is a number of threads."""
-    if not 1 <= operator.index(threads) <= 1024:
-        raise ValueError(f"threads must be at least 1 and at most 1024, got {threads}")
-    return operator.index(threads)
+    """Return ``threads`` if that many can work."""
+    return count_in("threads", threads, 1, 1024)
 
 
 def checked_dt(dt: Any) -> float:
-    """``dt``, if it is a time that has passed."""
+    """Return ``dt`` if that many seconds can lie between two frames."""
     seconds = finite("dt", dt)
     if not seconds > 0:
         raise ValueError(f"dt must be above 0 s, got {seconds}; it is the time between the two, from their stamps")
+    return seconds
+
+
+def checked_no_data(no_data: Any) -> float | None:
+    """Return what ``min`` gives where a sensor is blind."""
+    if no_data is None:
+        return None
+    seconds = number("no_data", no_data)
+    if not seconds >= 0:
+        raise ValueError(f"no_data must be a time in [0, inf], in seconds, got {seconds}")
     return seconds

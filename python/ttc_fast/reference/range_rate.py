@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-import operator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ttc_fast._core import NeighbourSupport
-from ttc_fast.reference.arguments import finite, floats, output, positive
+from ttc_fast.reference.arguments import count_in, finite, floats, output, positive
 from ttc_fast.reference.formula import time_to_collision
-from ttc_fast.reference.results import Counts
+from ttc_fast.reference.hit import Counts
 from ttc_fast.reference.scan import ScanTTC
-from ttc_fast.reference.settings import checked_minimum
-from ttc_fast.reference.vote import decide
+from ttc_fast.reference.scan.settings import checked_beam_vote
+from ttc_fast.reference.scan.vote import elect
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -26,10 +25,10 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 MOST_SCANS = 64
-"""So many scans are remembered at most, however long the window."""
+"""The largest number of scans that are remembered, however long the window."""
 
 LONGEST_WINDOW = 60.0
-"""A window longer than this has nothing to do with a collision, s."""
+"""The longest window, s; what lies farther back has nothing to do with a collision."""
 
 FASTEST_TURN = 1e4
 """No vehicle turns faster, rad/s."""
@@ -40,29 +39,29 @@ class RangeRateNearest:
     """The beam that comes nearest in time by its own range rate, and everything that says why."""
 
     ttc: float
-    """Least time-to-collision, s, in [0, inf]."""
+    """The least time-to-collision, s, in [0, inf]."""
     status: Status
-    """What it means."""
+    """What that time means."""
     beam: int
     """The beam that decided: the one of ``ttc``, else the first in contact, else -1."""
     angle: float
-    """Direction of that beam in the sensor frame, rad. NaN without a beam, as all that follows."""
+    """The direction of that beam in the sensor frame, rad. It is NaN without a beam, as is all that follows."""
     range: float
-    """Its reading, m."""
+    """The reading of that beam, m."""
     clearance: float
-    """What is left of it outside the outline, m."""
+    """What is left of the reading outside the outline, m."""
     closing_speed: float
     """How fast its range shrinks, m/s: the negative of its range rate. NaN where that is unknown."""
     standard_error: float
-    """Of that speed, m/s."""
+    """The standard error of that speed, m/s."""
     counts: Counts
     """How often each case of a reading occurred."""
     rated: int
-    """Beams whose range rate is known."""
+    """The number of beams whose range rate is known."""
     unrated: int
-    """Beams that see something whose range rate is unknown."""
+    """The number of beams that see something whose range rate is unknown."""
     nearest_unrated: float
-    """Least clearance of those, m; infinite without one."""
+    """The least clearance of the latter, m; infinite without one."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +69,9 @@ class _Scan:
     """A scan that is remembered."""
 
     stamp: float
+    """When it was taken, s."""
     heading: float
-    """How far the vehicle had turned since the first scan, rad."""
+    """How far the vehicle had turned since the first of all scans, rad."""
     readings: Floats
     """What was measured, m; NaN where nothing was."""
 
@@ -81,9 +81,9 @@ class _Rates:
     """What is known of each beam."""
 
     range_rate: Floats
-    """m/s; NaN where it is unknown."""
+    """The range rates, m/s; NaN where unknown."""
     standard_error: Floats
-    """m/s; NaN where the rate is."""
+    """The standard errors of the range rates, m/s; NaN where unknown."""
 
 
 class RangeRate:
@@ -122,16 +122,14 @@ class RangeRate:
         self._window = positive("window", window)
         if self._window > LONGEST_WINDOW:
             raise ValueError(f"window must be at most {LONGEST_WINDOW} s, got {window}")
-        self._min_scans = operator.index(min_scans)
-        if not 3 <= self._min_scans <= MOST_SCANS:
-            raise ValueError(f"min_scans must be at least 3 and at most {MOST_SCANS}, got {min_scans}")
+        self._min_scans = count_in("min_scans", min_scans, 3, MOST_SCANS)
         self._noise = positive("noise", noise)
         self._max_speed = positive("max_speed", max_speed)
         self._max_acceleration = positive("max_acceleration", max_acceleration)
         self._gate = positive("gate", gate)
         self._significance = positive("significance", significance)
         self._edge = positive("edge", edge)
-        self._minimum = checked_minimum(minimum) or NeighbourSupport(count=6, window=4)
+        self._beam_vote = checked_beam_vote(minimum) or NeighbourSupport(count=6, window=4)
         self._scans: list[_Scan] = []
 
     @property
@@ -153,7 +151,7 @@ class RangeRate:
         standard_error_out: NDArray[Any] | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> RangeRateNearest:
-        """Take the next scan, and find the nearest beam in time."""
+        """Take the next scan, and return the nearest beam in time."""
         ranges = floats("ranges", ranges)
         if ranges.shape != (self._scan.beams,):
             raise ValueError(f"ranges must be one scan of {self._scan.beams} beams, got shape {ranges.shape}")
@@ -171,7 +169,7 @@ class RangeRate:
             stale = elapsed > self._window
             self._remember(ranges, stamp, yaw_rate * elapsed)
             rates = self._rates()
-            status, nearest = self._judged(ranges, rates, stale)
+            status, nearest = self._classified(ranges, rates, stale)
         with np.errstate(over="ignore", under="ignore"):
             if range_rate_out is not None:
                 range_rate_out[...] = rates.range_rate
@@ -182,7 +180,7 @@ class RangeRate:
         return nearest
 
     def _remember(self, ranges: NDArray[Any], stamp: float, turned: float) -> None:
-        """Keep what was measured, and forget what is older than the window."""
+        """Remember what was measured, and forget what is older than the window."""
         readings = self._scan._rules.usable(ranges).astype(np.float64)
         readings[(ranges == -np.inf) | np.isnan(self._scan._offset)] = np.nan
         recent = [scan for scan in self._scans if stamp - scan.stamp <= self._window]
@@ -192,7 +190,7 @@ class RangeRate:
     def _rates(self) -> _Rates:
         """Fit a line to the readings of each beam, from the newest back to the first that belongs to something else.
 
-        Ages and differences are taken from the newest scan, so that nothing of a large stamp is lost.
+        Ages and changes are relative to the newest scan, so that a large stamp loses no digits.
         """
         newest = self._scans[-1]
         jump = self._gate * math.sqrt(2.0) * self._noise
@@ -234,7 +232,7 @@ class RangeRate:
         return _Rates(np.where(known, -slope, np.nan), np.where(known, error, np.nan))
 
     def _turned(self, scan: _Scan, heading: float) -> Floats:
-        """Give what a scan measured in the directions in which the beams point now."""
+        """Return what a scan measured in the directions in which the beams point now."""
         turned = heading - scan.heading
         if turned == 0:
             return scan.readings
@@ -250,8 +248,10 @@ class RangeRate:
         between: Floats = first + part * (second - first)
         return np.where(np.abs(second - first) <= self._edge, between, first if part < 0.5 else second)
 
-    def _judged(self, ranges: NDArray[Any], rates: _Rates, stale: bool) -> tuple[NDArray[np.uint8], RangeRateNearest]:
-        """Give the status of each beam, and the nearest."""
+    def _classified(
+        self, ranges: NDArray[Any], rates: _Rates, stale: bool
+    ) -> tuple[NDArray[np.uint8], RangeRateNearest]:
+        """Return the status of each beam, and the nearest."""
         scan = self._scan
         usable = scan._rules.usable(ranges).astype(np.float64)
         clearance = usable - scan._offset
@@ -273,7 +273,7 @@ class RangeRate:
         each = np.select(list(cases.values()), list(cases), Status.INVALID).astype(np.uint8)
 
         ttc = time_to_collision(clearance, np.where(closes, closing, np.nan), np.float64(0))
-        beam, too_few = decide(ttc, np.where(ttc < np.inf, usable, np.nan), self._minimum)
+        beam, confirmed = elect(ttc, np.where(ttc < np.inf, usable, np.nan), self._beam_vote)
         unrated = there & ~known
         if not observed.any():
             status = Status.NO_DATA
@@ -283,7 +283,7 @@ class RangeRate:
             status = Status.WARMING_UP
         elif contact.any():
             status = Status.CONTACT
-        elif too_few:
+        elif not confirmed:
             status = Status.TOO_FEW
         elif beam is not None:
             status = Status.CLOSING

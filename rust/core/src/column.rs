@@ -1,4 +1,4 @@
-//! Views of numbers in somebody else's memory: any stride, either direction, any alignment, nothing copied.
+//! Views of numbers in memory of the caller: any stride, either direction, any alignment, nothing copied.
 //!
 //! NumPy hands out arrays whose elements are any number of bytes apart (fields of packed records, every
 //! second beam, reversed rows) and at any address (messages sliced out of a bag file). A [`Column`] is such
@@ -20,16 +20,17 @@ pub trait Source<T>: Copy {
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
-    /// Numbers `at .. at + N`.
+    /// Returns numbers `at .. at + N`.
     ///
     /// # Panics
-    /// When that is past the end.
+    /// When they are not all inside.
     fn lanes<const N: usize>(&self, at: usize) -> [T; N];
-    /// Numbers `at .. at + N`; those past the end are `fill`. For the last few, where `lanes` would be too many.
+    /// Returns numbers `at .. at + N`, with `fill` for those past the end. It serves for the last few, where `lanes`
+    /// would panic.
     fn lanes_or<const N: usize>(&self, at: usize, fill: T) -> [T; N];
 }
 
-/// `len` numbers, `stride` bytes apart, any alignment.
+/// A view of `len` numbers, `stride` bytes apart, at any alignment.
 #[derive(Clone, Copy, Debug)]
 pub struct Column<'a, T> {
     start: *const u8,
@@ -38,7 +39,7 @@ pub struct Column<'a, T> {
     memory: PhantomData<&'a [T]>,
 }
 
-/// A [`Column`] without gaps: lanes are one load.
+/// A [`Column`] without gaps, from which lanes are one load.
 #[derive(Clone, Copy, Debug)]
 pub struct Dense<'a, T>(Column<'a, T>);
 
@@ -48,19 +49,19 @@ unsafe impl<T: Sync> Send for Column<'_, T> {}
 unsafe impl<T: Sync> Sync for Column<'_, T> {}
 
 impl<'a, T: Copy> Column<'a, T> {
-    /// A column over a slice.
+    /// Makes a column over a slice.
     #[must_use]
     pub fn new(values: &'a [T]) -> Self {
         // SAFETY: a slice is `len` readable values, `size_of::<T>()` apart, for its lifetime.
         unsafe { Self::from_raw(values.as_ptr().cast(), values.len(), step::<T>()) }
     }
 
-    /// A column over raw memory.
+    /// Makes a column over raw memory.
     ///
     /// # Safety
     /// For every `i < len`, `start + i * stride` must be the address of `size_of::<T>()` readable bytes that hold a
-    /// value of `T` (aligned or not), and stay so for `'a`. All bytes from the first number to the last must be readable,
-    /// those between the numbers too, as they are in any array that lies in one buffer.
+    /// value of `T` (aligned or not), and stay so for `'a`. All bytes from the first number to the last must be
+    /// readable, those between the numbers too, as they are in any array that lies in one buffer.
     #[must_use]
     pub unsafe fn from_raw(start: *const u8, len: usize, stride: isize) -> Self {
         Column { start, len, stride, memory: PhantomData }
@@ -78,7 +79,7 @@ impl<'a, T: Copy> Column<'a, T> {
         self.len == 0
     }
 
-    /// Number `i`.
+    /// Returns number `i`.
     ///
     /// # Panics
     /// When `i` is not below `len`.
@@ -91,10 +92,10 @@ impl<'a, T: Copy> Column<'a, T> {
         unsafe { self.read(i) }
     }
 
-    /// Numbers `from .. to`.
+    /// Returns the column of numbers `from .. to`.
     ///
     /// # Panics
-    /// When that is past the end, or `from` is beyond `to`.
+    /// When they are not all inside, or `from` is beyond `to`.
     #[must_use]
     pub fn slice(self, from: usize, to: usize) -> Self {
         assert!(from <= to && to <= self.len, "numbers {from} .. {to} of {}", self.len);
@@ -103,7 +104,7 @@ impl<'a, T: Copy> Column<'a, T> {
         Column { start, len: to - from, ..self }
     }
 
-    /// The same numbers as one piece of memory, if they are one.
+    /// Returns the same numbers as one piece of memory, if they are one.
     #[inline(always)]
     #[must_use]
     pub fn dense(self) -> Option<Dense<'a, T>> {
@@ -172,12 +173,12 @@ impl<T: Copy> Source<T> for Dense<'_, T> {
     }
 }
 
-/// Records that begin with three numbers side by side, such as x, y, z; the fourth is whatever follows.
+/// Records that begin with three numbers side by side, such as x, y and z. The fourth number is whatever follows.
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a, T>(Column<'a, T>);
 
 impl<'a, T: Copy> Records<'a, T> {
-    /// Three columns as records, if that is what they are.
+    /// Returns three columns as records, if they lie like that.
     #[must_use]
     pub fn new([first, second, third]: [Column<'a, T>; 3]) -> Option<Self> {
         let side_by_side = |a: Column<'a, T>, b: Column<'a, T>| {
@@ -195,25 +196,26 @@ impl<'a, T: Copy> Records<'a, T> {
             && column.stride == self.0.stride
     }
 
-    /// The same records, read from the first, second or third number on.
+    /// Returns the same records, read from the first, second or third number on.
     ///
     /// # Panics
     /// When `number` is not 0, 1 or 2.
     #[must_use]
     pub fn starting_at(self, number: usize) -> Self {
         assert!(number < 3, "records begin with three numbers");
-        // One of the three columns that `new` found side by side; what is read of it rests on its own stride and length.
+        // One of the three columns that `new` found side by side; what is read of it rests on its own stride and
+        // length.
         Records(Column { start: self.0.start.wrapping_add(number * size_of::<T>()), ..self.0 })
     }
 
-    /// The same records, if each begins where the fourth number of the one before ends.
+    /// Returns the same records, if each begins where the fourth number of the one before ends.
     #[must_use]
     pub fn back_to_back(self) -> Option<BackToBack<'a, T>> {
         (self.0.stride == 4 * step::<T>()).then_some(BackToBack(self))
     }
 }
 
-/// [`Records`] of exactly four numbers, without gaps: several are one load.
+/// [`Records`] of exactly four numbers without gaps, several of which are one load.
 #[derive(Clone, Copy, Debug)]
 pub struct BackToBack<'a, T>(Records<'a, T>);
 
@@ -221,12 +223,12 @@ pub struct BackToBack<'a, T>(Records<'a, T>);
 pub trait Fours<T>: Copy {
     /// How many records there are.
     fn records(&self) -> usize;
-    /// How many records lie before the first from which on several are read without crossing cache lines; 0 if none is.
+    /// How many records lie before the first one that starts a cache line; 0 if none does.
     fn unaligned(&self) -> usize {
         0
     }
-    /// The first four numbers of `M` times `N / 4` records from `at`, which must not be the last of all: what follows its
-    /// third number may not be there to read.
+    /// Returns the first four numbers of each of `M` times `N / 4` records from `at`. The last record of all must not
+    /// be among them: there may be no memory behind its third number.
     ///
     /// # Panics
     /// When the records are not all before the last.
@@ -248,8 +250,8 @@ impl<T: Copy> Fours<T> for BackToBack<'_, T> {
     #[inline(always)]
     fn fours<const N: usize, const M: usize>(&self, at: usize) -> [[T; N]; M] {
         self.0.0.check(at, M * N / 4 + 1);
-        // SAFETY: records at .. at + M * N / 4 are before the last, just checked, and lie back to back, four numbers each
-        // (checked in `back_to_back`).
+        // SAFETY: records at .. at + M * N / 4 are before the last, just checked, and lie back to back, four numbers
+        // each (checked in `back_to_back`).
         unsafe { self.0.0.start.add(at * size_of::<T>() * 4).cast::<[[T; N]; M]>().read_unaligned() }
     }
 }
@@ -281,7 +283,7 @@ impl<T: Copy> Fours<T> for Records<'_, T> {
     }
 }
 
-/// `len` numbers to be written, `stride` bytes apart, any alignment.
+/// A view of `len` numbers to be written, `stride` bytes apart, at any alignment.
 #[derive(Debug)]
 pub struct ColumnMut<'a, T> {
     start: *mut u8,
@@ -294,14 +296,14 @@ pub struct ColumnMut<'a, T> {
 unsafe impl<T: Send> Send for ColumnMut<'_, T> {}
 
 impl<'a, T: Copy> ColumnMut<'a, T> {
-    /// A column over a slice.
+    /// Makes a column over a slice.
     #[must_use]
     pub fn new(values: &'a mut [T]) -> Self {
         // SAFETY: a mutable slice is `len` writable values, `size_of::<T>()` apart, for its lifetime.
         unsafe { Self::from_raw(values.as_mut_ptr().cast(), values.len(), step::<T>()) }
     }
 
-    /// A column over raw memory.
+    /// Makes a column over raw memory.
     ///
     /// # Safety
     /// For every `i < len`, `start + i * stride` must be the address of `size_of::<T>()` writable bytes, and stay so
@@ -323,19 +325,19 @@ impl<'a, T: Copy> ColumnMut<'a, T> {
         self.len == 0
     }
 
-    /// The same column, for a while.
+    /// Returns the same column for a shorter time.
     #[must_use]
     pub fn reborrow(&mut self) -> ColumnMut<'_, T> {
         ColumnMut { memory: PhantomData, ..*self }
     }
 
-    /// The same numbers as one piece of memory, if they are one.
+    /// Returns the same numbers as one piece of memory, if they are one.
     #[must_use]
     pub fn dense(&mut self) -> Option<DenseMut<'_, T>> {
         (self.stride == step::<T>()).then_some(DenseMut(self.reborrow()))
     }
 
-    /// Write numbers `at .. at + N`; those past the end are dropped.
+    /// Writes numbers `at .. at + N`, and drops those past the end.
     #[inline(always)]
     pub fn set_lanes<const N: usize>(&mut self, at: usize, values: [T; N]) {
         if at + N <= self.len && self.stride == step::<T>() {
@@ -351,18 +353,18 @@ impl<'a, T: Copy> ColumnMut<'a, T> {
     }
 }
 
-/// A [`ColumnMut`] without gaps: lanes are one store.
+/// A [`ColumnMut`] without gaps, to which lanes are one store.
 #[derive(Debug)]
 pub struct DenseMut<'a, T>(ColumnMut<'a, T>);
 
 /// Numbers that a kernel writes several at a time.
 pub trait Sink<T> {
-    /// Write numbers `at .. at + N`.
+    /// Writes numbers `at .. at + N`.
     ///
     /// # Panics
-    /// When that is past the end of a dense output.
+    /// When the output is dense and they are not all inside.
     fn put<const N: usize>(&mut self, at: usize, values: [T; N]);
-    /// Write numbers `at .. at + N`; those past the end are dropped. For the last few.
+    /// Writes numbers `at .. at + N`, and drops those past the end. It serves for the last few.
     fn put_last<const N: usize>(&mut self, at: usize, values: [T; N]);
 }
 
@@ -401,13 +403,13 @@ pub struct Table<'a, T> {
 }
 
 impl<'a, T: Copy> Table<'a, T> {
-    /// A table of one column.
+    /// Makes a table of one column.
     #[must_use]
     pub fn new(column: Column<'a, T>) -> Self {
         Table { first: column, rows: 1, row_stride: 0 }
     }
 
-    /// A table of `rows` columns like `first`, `row_stride` bytes apart.
+    /// Makes a table of `rows` columns like `first`, `row_stride` bytes apart.
     ///
     /// # Safety
     /// For every `row < rows`, `first` moved by `row * row_stride` bytes must be a column by the rules of
@@ -417,7 +419,7 @@ impl<'a, T: Copy> Table<'a, T> {
         Table { first, rows, row_stride }
     }
 
-    /// The same numbers with as few rows as can be: one, if each row begins where the one before ends.
+    /// Returns the same numbers in one row, if each row begins where the one before ends, else in the rows they have.
     #[must_use]
     pub fn flat(self) -> Self {
         let row = self.first.len.cast_signed() * self.first.stride;
@@ -440,7 +442,7 @@ impl<'a, T: Copy> Table<'a, T> {
         self.first.len
     }
 
-    /// Row `row`.
+    /// Returns row `row`.
     ///
     /// # Panics
     /// When `row` is not below `rows`.
@@ -468,7 +470,7 @@ pub struct TableMut<'a, T> {
 unsafe impl<T: Send> Send for TableMut<'_, T> {}
 
 impl<T: Copy> TableMut<'_, T> {
-    /// A table of `rows` columns of `len` numbers, `stride` and `row_stride` bytes apart.
+    /// Makes a table of `rows` columns of `len` numbers, `stride` and `row_stride` bytes apart.
     ///
     /// # Safety
     /// Each row must be a column by the rules of [`ColumnMut::from_raw`].
@@ -477,7 +479,7 @@ impl<T: Copy> TableMut<'_, T> {
         TableMut { start, len, stride, rows, row_stride, memory: PhantomData }
     }
 
-    /// Row `row`.
+    /// Returns row `row`.
     ///
     /// # Panics
     /// When `row` is not below the number of rows.

@@ -1,4 +1,5 @@
-//! The one error of the crate, and the checks that give it: an argument, what is wrong with it, and what would be right.
+//! The one error of the crate, and the checks that give it: an argument, what is wrong with it, and what would be
+//! right.
 
 use std::fmt;
 use std::ops::RangeInclusive;

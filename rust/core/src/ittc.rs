@@ -1,4 +1,4 @@
-//! The bare formula over arrays: range over closing speed, element by element.
+//! The bare formula over arrays: range over closing speed, element by element, in the type of the ranges.
 
 use crate::column::{Column, ColumnMut, Source};
 use crate::error::Error;
@@ -8,25 +8,25 @@ use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 use crate::status::Status;
 
-/// A rate along each beam, by either of its two signs.
+/// A rate along each beam, with one of the two signs that are in use.
 #[derive(Clone, Copy, Debug)]
 pub enum Rate<V> {
-    /// Positive when approaching.
+    /// The closing speed: positive when approaching.
     ClosingSpeed(V),
-    /// dr/dt: positive when opening.
+    /// The range rate dr/dt: positive when opening.
     RangeRate(V),
 }
 
 /// One number for every beam, or one each.
 #[derive(Clone, Copy, Debug)]
 pub enum Speeds<'a, T> {
-    /// The same for all.
+    /// All beams have this number.
     Same(T),
-    /// One each.
+    /// Each beam has its own.
     Each(Column<'a, T>),
 }
 
-/// iTTC of each range into `out`, and what it means into `status_out`.
+/// Writes the iTTC of each range into `out`, and what it means into `status_out`.
 ///
 /// A range of +inf is free space, -inf a contact; NaN and negative ranges, and non-finite speeds, are invalid.
 ///
@@ -141,14 +141,14 @@ impl<T: Real, S, V> EachBeam<'_, '_, T, S, V> {
     }
 }
 
-/// A range to compute with: -inf is a contact, negative numbers are NaN.
+/// Returns a range to compute with: 0 for -inf, which is a contact, and NaN for negative numbers.
 #[inline(always)]
 fn sensible<T: Real>(r: T) -> T {
     let r = if r == T::ZERO - T::INFINITY { T::ZERO } else { r };
     if r >= T::ZERO { r } else { T::NAN }
 }
 
-/// A speed to compute with: infinities are NaN.
+/// Returns a speed to compute with: NaN for infinities.
 #[inline(always)]
 fn finite<T: Real>(v: T) -> T {
     if (v < T::INFINITY) & (v > T::ZERO - T::INFINITY) { v } else { T::NAN }

@@ -6,7 +6,7 @@ pub const LANES: usize = 16;
 /// One group of lanes.
 pub type Lanes<T> = [T; LANES];
 
-/// `f` of the number of each lane. `std::array::from_fn` is not inlined into large kernels.
+/// Returns `f` of the number of each lane. `std::array::from_fn` is not inlined into large kernels.
 #[inline(always)]
 pub(crate) fn lanes<T: Copy + Default>(f: impl Fn(usize) -> T) -> Lanes<T> {
     let mut lanes = [T::default(); LANES];
@@ -16,13 +16,13 @@ pub(crate) fn lanes<T: Copy + Default>(f: impl Fn(usize) -> T) -> Lanes<T> {
     lanes
 }
 
-/// `f` of each lane.
+/// Returns `f` of each lane.
 #[inline(always)]
 pub(crate) fn each<T: Copy, U: Copy + Default>(x: Lanes<T>, f: impl Fn(T) -> U) -> Lanes<U> {
     lanes(|lane| f(x[lane]))
 }
 
-/// The smallest lane, in a fixed tree; no lane may be NaN.
+/// Returns the smallest lane, compared in a fixed tree; no lane may be NaN.
 #[inline(always)]
 pub(crate) fn least<T: Copy + PartialOrd>(mut x: Lanes<T>) -> T {
     let mut half = LANES / 2;
@@ -35,22 +35,22 @@ pub(crate) fn least<T: Copy + PartialOrd>(mut x: Lanes<T>) -> T {
     x[0]
 }
 
-/// Entries `at .. at + LANES` of a table.
+/// Returns entries `at .. at + LANES` of a table.
 ///
 /// # Panics
-/// When that is past the end; tables are [`padded`].
+/// When they are past the end. Tables are [`padded`].
 #[inline(always)]
 pub(crate) fn window<T>(table: &[T], at: usize) -> &Lanes<T> {
     table[at..].first_chunk().expect("tables are padded to whole groups of lanes")
 }
 
-/// A padded table as groups of lanes.
+/// Returns a padded table as groups of lanes.
 #[inline(always)]
 pub(crate) fn groups<T>(table: &[T]) -> &[Lanes<T>] {
     table.as_chunks().0
 }
 
-/// `table` with `fill` behind it, up to a whole number of groups of lanes.
+/// Returns `table` with `fill` behind it, up to a whole number of groups of lanes.
 pub(crate) fn padded<T: Copy>(table: impl ExactSizeIterator<Item = T>, fill: T) -> Vec<T> {
     let padding = table.len().next_multiple_of(LANES) - table.len();
     table.chain(std::iter::repeat_n(fill, padding)).collect()

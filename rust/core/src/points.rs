@@ -182,7 +182,8 @@ impl<'a> IntensityRow<'a> {
         }
     }
 
-    /// Whether the intensity of point `i` lies in `[low, high]`, with bounds rounded to its own type if that is a float.
+    /// Whether the intensity of point `i` lies in `[low, high]`, with bounds rounded to its own type if that is a
+    /// float.
     #[inline(always)]
     pub(crate) fn within(&self, i: usize, (low, high): (f64, f64)) -> bool {
         let inside = |value: f64, low: f64, high: f64| low <= value && value <= high;
@@ -268,8 +269,8 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
 
 /// Points that are records: x, y and z side by side, then perhaps an intensity of the same type.
 ///
-/// Sixteen numbers are four points. All are compared at once, each with the bounds of its column; then the four bits of each
-/// of sixteen points are folded into one.
+/// Sixteen numbers are four points. All are compared at once, each with the bounds of its column; then the four bits of
+/// each of sixteen points are folded into one.
 #[derive(Clone, Copy)]
 pub(crate) struct Packed<F> {
     pub records: F,

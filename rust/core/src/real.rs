@@ -4,7 +4,7 @@ use crate::lanes::Lanes;
 use crate::simd::{Instructions, Prefilter};
 use std::ops::{Add, Div, Mul, Sub};
 
-/// `f32` or `f64`: what a kernel needs to know of its element type.
+/// The element type of a kernel, `f32` or `f64`.
 pub trait Real:
     Copy
     + Default
@@ -18,7 +18,7 @@ pub trait Real:
     + Sync
     + 'static
 {
-    /// 0
+    /// The number 0.
     const ZERO: Self;
     /// Positive infinity.
     const INFINITY: Self;
@@ -33,30 +33,30 @@ pub trait Real:
     /// Not a number, with all bits set.
     const ALL_BITS: Self;
 
-    /// The nearest value of this type.
+    /// Returns the nearest number of this type.
     fn from_f64(value: f64) -> Self;
-    /// The largest value of this type that is not above `value`.
+    /// Returns the largest number of this type that is not above `value`.
     fn not_above(value: f64) -> Self;
-    /// The smallest value of this type that is not below `value`.
+    /// Returns the smallest number of this type that is not below `value`.
     fn not_below(value: f64) -> Self;
-    /// The largest value below it.
+    /// Returns the largest number below it.
     #[must_use]
     fn below(self) -> Self;
-    /// The smallest value above it.
+    /// Returns the smallest number above it.
     #[must_use]
     fn above(self) -> Self;
-    /// The number halfway between two others in the order of all numbers, if there is one between them. Whatever the two
-    /// are, as many halvings as the type has bits lead to any number.
+    /// Returns the number halfway between two others in the order of all numbers, if there is one between them. From
+    /// any two numbers, as many halvings as the type has bits lead to any number between them.
     fn between(low: Self, high: Self) -> Option<Self>;
-    /// The same value as `f64`; always exact.
+    /// Returns the number as `f64`, which is exact.
     fn to_f64(self) -> f64;
-    /// For each lane a bit, whether `low <= x <= high`.
+    /// Returns a bit for each lane where `low <= x <= high`.
     fn within<I: Instructions>(simd: I, x: &Lanes<Self>, low: &Lanes<Self>, high: &Lanes<Self>) -> u16;
     /// Whether any of 16 points passes the prefilter: no is certain.
     fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], prefilter: &Prefilter<Self>) -> bool;
-    /// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
+    /// Keeps the smaller of each pair in `least`. A NaN in `x` is passed over.
     fn keep_least<I: Instructions>(simd: I, least: &mut Lanes<Self>, x: &Lanes<Self>);
-    /// The lanes whose bit is set, in order; then anything.
+    /// Returns the lanes whose bit is set, in order, and any numbers behind them.
     fn compress<I: Instructions>(simd: I, x: &Lanes<Self>, keep: u16) -> Lanes<Self>;
     /// Whether it is not a number.
     fn is_nan(self) -> bool;

@@ -33,24 +33,24 @@ enum Set {
 /// `run` has to be `#[inline(always)]`, and so has everything hot that it calls: only code inlined
 /// into the level's own function is compiled with the level's instructions.
 pub trait Kernel {
-    /// What the work gives.
+    /// The result of the work.
     type Output;
-    /// Do the work, with `simd` as the proof of what the processor has.
+    /// Does the work, with `simd` as the proof of what the processor has.
     fn run<I: Instructions>(self, simd: I) -> Self::Output;
 }
 
-/// What lanes alone do not compile well to. A value of such a type proves that the processor has the instructions.
+/// Instructions that loops over lanes do not compile to. A value of such a type proves that the processor has them.
 pub trait Instructions: Copy {
     /// Whether comparing lanes gives bits in one instruction, so that counting those is quicker than counting in lanes.
     const BITS: bool = false;
 
-    /// For each lane a bit, whether `low <= x <= high`.
+    /// Returns a bit for each lane where `low <= x <= high`.
     #[inline(always)]
     fn within_f32(self, x: &Lanes<f32>, low: &Lanes<f32>, high: &Lanes<f32>) -> u16 {
         within(x, low, high)
     }
 
-    /// For each lane a bit, whether `low <= x <= high`.
+    /// Returns a bit for each lane where `low <= x <= high`.
     #[inline(always)]
     fn within_f64(self, x: &Lanes<f64>, low: &Lanes<f64>, high: &Lanes<f64>) -> u16 {
         within(x, low, high)
@@ -68,31 +68,31 @@ pub trait Instructions: Copy {
         true
     }
 
-    /// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
+    /// Keeps the smaller of each pair in `least`. A NaN in `x` is passed over.
     #[inline(always)]
     fn keep_least_f32(self, least: &mut Lanes<f32>, x: &Lanes<f32>) {
         keep_least(least, x);
     }
 
-    /// Keep the smaller of each pair in `least`; a NaN in `x` is passed over.
+    /// Keeps the smaller of each pair in `least`. A NaN in `x` is passed over.
     #[inline(always)]
     fn keep_least_f64(self, least: &mut Lanes<f64>, x: &Lanes<f64>) {
         keep_least(least, x);
     }
 
-    /// The lanes whose bit is set, in order; then anything.
+    /// Returns the lanes whose bit is set, in order, and any numbers behind them.
     #[inline(always)]
     fn compress_f32(self, x: &Lanes<f32>, keep: u16) -> Lanes<f32> {
         compress(x, keep)
     }
 
-    /// The lanes whose bit is set, in order; then anything.
+    /// Returns the lanes whose bit is set, in order, and any numbers behind them.
     #[inline(always)]
     fn compress_f64(self, x: &Lanes<f64>, keep: u16) -> Lanes<f64> {
         compress(x, keep)
     }
 
-    /// The lanes whose bit is set, in order; then anything.
+    /// Returns the lanes whose bit is set, in order, and any numbers behind them.
     #[inline(always)]
     fn compress_u32(self, x: &Lanes<u32>, keep: u16) -> Lanes<u32> {
         compress(x, keep)
@@ -120,8 +120,8 @@ fn keep_least<T: Copy + PartialOrd>(least: &mut Lanes<T>, x: &Lanes<T>) {
 
 /// Bounds on points of four numbers, the same for each of four points, that cost an addition and a comparison a number.
 ///
-/// A number passes if the bits of `x + shift` are at most the bits of `width`. Whatever is within the bounds passes, for
-/// rounding keeps the order; what lies outside by less than a rounding may pass too.
+/// A number passes if the bits of `x + shift` are at most the bits of `width`. Whatever is within the bounds passes,
+/// for rounding keeps the order; what lies outside by less than a rounding may pass too.
 #[derive(Clone, Copy, Debug)]
 pub struct Prefilter<T> {
     /// The lower bounds, negated: what is below them becomes negative, and the bits of that are large.
@@ -130,7 +130,7 @@ pub struct Prefilter<T> {
     pub width: Lanes<T>,
 }
 
-/// The points whose four bits are all set, of 16 points: the last bit of each.
+/// Returns the last of the four bits of each of 16 points, where all four are set.
 #[inline(always)]
 fn whole_points(bits: u64) -> u64 {
     // Adding 1 to three set bits carries into the fourth.
@@ -138,7 +138,7 @@ fn whole_points(bits: u64) -> u64 {
     ((bits & !LAST) + (LAST >> 3)) & bits & LAST
 }
 
-/// A bit for each of 16 points, whether its four bits are all set.
+/// Returns a bit for each of 16 points whose four bits are all set.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation, reason = "the bits left are the low ones")]
 pub(crate) fn bit_of_each_point(bits: u64) -> u16 {
@@ -197,7 +197,7 @@ impl Instructions for Baseline {
 }
 
 impl Level {
-    /// What every processor of the family has.
+    /// The level that every processor of the family has.
     pub const BASELINE: Level = Level(Set::Baseline);
 
     /// The highest level of this processor.
@@ -220,7 +220,7 @@ impl Level {
         Level::BASELINE
     }
 
-    /// The level called `name`, or the best one below it that this processor has; `None` for an unknown name.
+    /// Returns the level called `name`, or the best one below it that this processor has; `None` for an unknown name.
     #[must_use]
     pub fn at_most(name: &str) -> Option<Level> {
         match name {
@@ -243,7 +243,7 @@ impl Level {
         levels
     }
 
-    /// Run `kernel`, compiled for this level.
+    /// Runs `kernel`, compiled for this level.
     #[inline(always)]
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
@@ -279,7 +279,8 @@ fn has_avx2() -> bool {
         && is_x86_feature_detected!("popcnt")
 }
 
-// Never inlined, so that a kernel that runs another is compiled as if it were alone, with all registers for its own loop.
+// Never inlined, so that a kernel that runs another is compiled as if it were alone, with all registers for its own
+// loop.
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]

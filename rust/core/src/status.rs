@@ -1,23 +1,24 @@
-//! What stands beside every time-to-collision.
+//! The status that stands beside every time-to-collision.
 
-/// What a time-to-collision means. The values are fixed; the largest that holds wins, except that
-/// `Contact` outranks `TooFew`, and where one body is followed also what says that too little is known of its motion.
+/// What a time-to-collision means. The values are fixed. Of several that hold, the largest wins, except that `Contact`
+/// outranks `TooFew`, and, where one body is tracked, also the statuses which say that too little is known of its
+/// motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Status {
-    /// Looked, and there is nothing to hit.
+    /// The sensor looked, and there is nothing to hit.
     Clear = 0,
     /// Something is there and does not come closer; the TTC is infinite.
     NotClosing = 1,
     /// Something comes closer.
     Closing = 2,
-    /// Touching or inside the outline: 0 while closing, infinite while opening.
+    /// Something touches the outline or is inside; the TTC is 0 while it closes and infinite while it opens.
     Contact = 3,
-    /// Fewer points than the estimator needs.
+    /// There are fewer points than the estimator needs, or fewer beams than the vote.
     TooFew = 4,
-    /// Too few frames so far.
+    /// There were too few frames so far.
     WarmingUp = 5,
-    /// The target was there and is not any more.
+    /// The target was there, and is not seen any more.
     Lost = 6,
     /// The newest data are too old.
     Stale = 7,
@@ -28,7 +29,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// All of them, by value.
+    /// All statuses, by value.
     pub const ALL: [Status; 10] = [
         Status::Clear,
         Status::NotClosing,

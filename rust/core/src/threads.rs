@@ -1,29 +1,31 @@
-//! Work on several threads, for those who ask for it.
+//! Work on several threads, where a caller asks for it.
 //!
-//! Threads come from rayon's pool, which is started when first asked for and sleeps in between. One thread is the
-//! default everywhere and touches no pool.
+//! The threads come from rayon's pool, which starts with the first such call and sleeps between calls. One thread is
+//! the default everywhere, and needs no pool.
 //!
-//! Whoever asks works too, and takes whatever nobody has begun: a helper that wakes late finds less left, or nothing, and
-//! is not waited for. One that is interrupted within a piece is.
+//! The calling thread works too, and takes any piece that no thread has begun. A thread that wakes late finds fewer
+//! pieces left, or none, and the call does not wait for it. The call waits for a thread that is interrupted within a
+//! piece.
 
 use rayon::ThreadPoolBuilder;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, Once, OnceLock, PoisonError};
 
-/// Pieces for each thread, so that one that begins late or is held up leaves some of its own to the others.
+/// The number of pieces for each thread. A thread that begins late or is held up leaves some of its own to the others.
 const PIECES: usize = 4;
 
-/// Whether the pool is there.
+/// Starts the pool once.
 static STARTED: Once = Once::new();
 
-/// `work` on the range `0 .. n`, cut into pieces, in order, by at most `threads` threads with at least `least` each.
+/// Returns the results of `work` on the pieces of the range `0 .. n`, in order, computed by at most `threads` threads
+/// with at least `least` numbers each.
 pub fn pieces<R: Send>(threads: usize, n: usize, least: usize, work: impl Fn(Range<usize>) -> R + Sync) -> Vec<R> {
     let threads = threads.min(n / least.max(1)).max(1);
     if threads == 1 || is_forked() {
         return vec![work(0..n)];
     }
-    // The thread that asks first becomes one of the pool: what it gave away and nobody has begun, it can take back.
+    // The first thread to call becomes one of the pool, so that it can take back pieces that no other has begun.
     STARTED.call_once(|| drop(ThreadPoolBuilder::new().use_current_thread().build_global()));
 
     let count = n.min(threads * PIECES);
@@ -44,8 +46,8 @@ pub fn pieces<R: Send>(threads: usize, n: usize, least: usize, work: impl Fn(Ran
     results.into_iter().filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
 }
 
-/// Whether this process was forked from one that had used threads. They were not copied, and work given to them would
-/// never be done.
+/// Whether this process was forked from one that had used threads. A fork does not copy threads, so that work given to
+/// the pool would never be done.
 fn is_forked() -> bool {
     static FIRST: OnceLock<u32> = OnceLock::new();
     *FIRST.get_or_init(std::process::id) != std::process::id()

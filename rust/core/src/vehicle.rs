@@ -1,7 +1,7 @@
 //! The vehicle: where its sensor sits, how far it reaches, and how it moves.
 //!
-//! A beam is measured from the sensor, and a collision happens at the outline: [`Outline::offset`] is what lies between the
-//! two along the beam. [`Motion::sensor_velocity`] is how the sensor moves as its vehicle drives and turns.
+//! A beam is measured from the sensor, and a collision happens at the outline: [`Outline::offset`] is what lies between
+//! the two along the beam. [`Motion::sensor_velocity`] is how the sensor moves as its vehicle drives and turns.
 
 use crate::error::{Error, finite};
 

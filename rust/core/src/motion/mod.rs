@@ -2,8 +2,8 @@
 //!
 //! Each formula is one plain function of `f64`. [`each`] applies it to arrays of either type, element by element: it
 //! computes in `f64` and rounds once. Times-to-collision come first: at constant closing speed, at constant closing
-//! acceleration, and from two distances. Then comes what beside them says how much room there is: headway, braking, stopping and
-//! the RSS distance. There NaN in gives NaN out, for no number that is unknown may pass for a safe one.
+//! acceleration, and from two distances. Then comes what beside them says how much room there is: headway, braking,
+//! stopping and the RSS distance. There NaN in gives NaN out, for no number that is unknown may pass for a safe one.
 
 mod each;
 
@@ -12,7 +12,8 @@ pub use each::{Operand, each, each_status};
 use crate::error::{Error, elapsed, finite};
 use crate::status::Status;
 
-/// Returns the seconds until `distance` is used up at `closing_speed`; infinite when it does not shrink or a number is NaN.
+/// Returns the seconds until `distance` is used up at `closing_speed`; infinite when it does not shrink or a number is
+/// NaN.
 ///
 /// At or inside contact it is 0 while closing.
 #[inline(always)]
@@ -23,8 +24,8 @@ pub fn ttc_constant_velocity(distance: f64, closing_speed: f64) -> f64 {
 
 /// Returns the first positive root of `distance = v t + a t^2 / 2`; infinite without one, or when a number is NaN.
 ///
-/// At or inside contact it is 0 while closing. Of the two forms of a root of a quadratic, the one without cancellation is
-/// taken: `2 d / (v + sqrt(v^2 + 2 a d))` while closing, which becomes `d / v` as `a` becomes 0.
+/// At or inside contact it is 0 while closing. Of the two forms of a root of a quadratic, the one without cancellation
+/// is taken: `2 d / (v + sqrt(v^2 + 2 a d))` while closing, which becomes `d / v` as `a` becomes 0.
 #[inline(always)]
 #[must_use]
 pub fn ttc_constant_acceleration(distance: f64, closing_speed: f64, closing_acceleration: f64) -> f64 {
@@ -60,7 +61,8 @@ pub fn status(distance: f64, closing_speed: f64, closing_acceleration: f64) -> S
 
 /// Returns the time-to-collision by two distances `dt` seconds apart, if the gap goes on shrinking as it did.
 ///
-/// It is `current dt / (previous - current)`, and infinite when the gap does not shrink. At or inside contact it is 0 while closing.
+/// It is `current dt / (previous - current)`, and infinite when the gap does not shrink. At or inside contact it is 0
+/// while closing.
 ///
 /// # Errors
 /// When a distance is not finite, or `dt` is not a time.
@@ -79,8 +81,8 @@ pub fn ttc_from_distances(previous: f64, current: f64, dt: f64) -> Result<f64, E
     })
 }
 
-/// Returns the seconds until a follower at `speed` is where the rear of the one ahead is now; infinite when it does not drive
-/// towards it, 0 in contact while it does.
+/// Returns the seconds until a follower at `speed` is where the rear of the one ahead is now; infinite when it does not
+/// drive towards it, 0 in contact while it does.
 #[inline(always)]
 #[must_use]
 pub fn time_headway(distance: f64, speed: f64) -> f64 {
@@ -89,8 +91,8 @@ pub fn time_headway(distance: f64, speed: f64) -> f64 {
     if distance.is_nan() | speed.is_nan() { f64::NAN } else { time }
 }
 
-/// Returns the constant deceleration that just avoids contact, `dv^2 / (2 d)`; 0 when not closing, infinite in contact while
-/// closing.
+/// Returns the constant deceleration that just avoids contact, `dv^2 / (2 d)`; 0 when not closing, infinite in contact
+/// while closing.
 #[inline(always)]
 #[must_use]
 pub fn deceleration_to_avoid_crash(distance: f64, closing_speed: f64) -> f64 {
@@ -125,8 +127,8 @@ pub struct Rss {
 
 /// Returns the RSS safe longitudinal distance of two cars that drive in one direction.
 ///
-/// The paper has speeds of at least 0. Here speeds keep their sign, `v |v|` in the place of `v^2`, so that noise about a
-/// standing car's 0 makes no jump.
+/// The paper has speeds of at least 0. Here speeds keep their sign, `v |v|` in the place of `v^2`, so that noise about
+/// a standing car's 0 makes no jump.
 ///
 /// It is NaN also for a behaviour out of its domain.
 #[inline(always)]

@@ -57,8 +57,8 @@ impl<S> Planar<S> {
     }
 }
 
-/// Returns the x of a valid point, else NaN. A point is valid if it is finite, and not the (0, 0, 0) that drivers store where nothing
-/// came back.
+/// Returns the x of a valid point, else NaN. A point is valid if it is finite, and not the (0, 0, 0) that drivers store
+/// where nothing came back.
 #[inline(always)]
 fn valid_x<T: Real>(x: T, y: T, z: T) -> T {
     let zero_if_finite = x * T::ZERO + y * T::ZERO + z * T::ZERO;

@@ -1,9 +1,10 @@
 //! When static points enter the moving vehicle: the exact first entry into its outline, in closed form.
 //!
 //! With speed and yaw rate constant, a static point moves on a circle about the instantaneous centre of rotation, seen
-//! from the vehicle; on a line when the vehicle drives straight. [`frame`] is where points come from: a cloud, or the beams of a
-//! scanner. [`sweep`] says when a point's path first meets the outline, how far the point is from it now, and how fast that shrinks.
-//! [`search`] finds the point that is first, and computes exactly only the few points that bounds do not rule out.
+//! from the vehicle; on a line when the vehicle drives straight. [`frame`] is where points come from: a cloud, or the
+//! beams of a scanner. [`sweep`] says when a point's path first meets the outline, how far the point is from it now,
+//! and how fast that shrinks. [`search`] finds the point that is first, and computes exactly only the few points that
+//! bounds do not rule out.
 
 mod frame;
 mod search;
@@ -100,8 +101,8 @@ impl SweptPath {
         Sweep::new(self.outline, self.horizon, motion)
     }
 
-    /// Returns the least time until one of the points of a row enters the outline, s; infinite when none does within the
-    /// horizon, `None` when there is no valid point.
+    /// Returns the least time until one of the points of a row enters the outline, s; infinite when none does within
+    /// the horizon, `None` when there is no valid point.
     ///
     /// # Errors
     /// When the motion makes no sense.

@@ -1,7 +1,8 @@
 //! The first entry of a frame's points, exactly, without computing every point exactly.
 //!
-//! [`Bounds`] says of all points which can matter, in lanes of their own type: most can never enter within the horizon. Of the few that
-//! may, [`least`] computes exactly those with the least bounds first, until no bound is below the best time any more.
+//! [`Bounds`] says of all points which can matter, in lanes of their own type: most can never enter within the horizon.
+//! Of the few that may, [`least`] computes exactly those with the least bounds first, until no bound is below the best
+//! time any more.
 //!
 //! The bounds rest on two facts, which hold for every static point, turning or not. What it keeps on its way is
 //!
@@ -9,11 +10,12 @@
 //! level(x, y) = vy x - vx y + omega/2 (x^2 + y^2)
 //! ```
 //!
-//! so it can only enter where the outline has that level: a ring about the instantaneous centre, or a strip when driving
-//! straight. And it keeps its speed, so it cannot enter sooner than the straight way to the outline takes.
+//! so it can only enter where the outline has that level: a ring about the instantaneous centre, or a strip when
+//! driving straight. And it keeps its speed, so it cannot enter sooner than the straight way to the outline takes.
 //!
-//! Both are computed with slack for every rounding: they let points through that do not matter, never the other way round, so that
-//! rounding costs time, never the answer. Velocities are divided by the fastest, which keeps them near 1: times become ways.
+//! Both are computed with slack for every rounding: they let points through that do not matter, never the other way
+//! round, so that rounding costs time, never the answer. Velocities are divided by the fastest, which keeps them near
+//! 1: times become ways.
 
 use super::frame::Frame;
 use super::sweep::Sweep;
@@ -126,7 +128,8 @@ fn range(rate: f64, half: f64, low: f64, high: f64) -> (f64, f64) {
     (values.into_iter().fold(f64::INFINITY, f64::min), values.into_iter().fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// How many points are computed exactly before the bounds of the others are compared again. The number doubles each time.
+/// How many points are computed exactly before the bounds of the others are compared again. The number doubles each
+/// time.
 const FIRST: usize = 4;
 
 /// A point that may enter.

@@ -1,8 +1,9 @@
-//! When a point first enters the outline, in closed form; and how far from it the point is now, and how fast that shrinks.
+//! When a point first enters the outline, in closed form; and how far from it the point is now, and how fast that
+//! shrinks.
 //!
-//! Let omega be the yaw rate and tau = 2 tan(omega t / 2) / omega, which is t itself when omega is 0. As the vehicle turns,
-//! the coordinates of a static point in the vehicle frame are sums of 1, sin(omega t) and cos(omega t). Times
-//! 1 + (omega tau / 2)^2 they are polynomials:
+//! Let omega be the yaw rate and tau = 2 tan(omega t / 2) / omega, which is t itself when omega is 0. As the vehicle
+//! turns, the coordinates of a static point in the vehicle frame are sums of 1, sin(omega t) and cos(omega t). Times 1
+//! + (omega tau / 2)^2 they are polynomials:
 //!
 //! ```text
 //! (1 + (omega tau / 2)^2) (x(t) - X) = (x - X) + (omega y - vx) tau - omega/2 (vy + omega/2 (x + X)) tau^2
@@ -10,8 +11,8 @@
 //! ```
 //!
 //! So the line of each edge is crossed at the roots of a quadratic, with nothing singular as omega goes to 0: straight
-//! driving is not another case but the same quadratic without its square. Of its two roots one goes in. A root is kept as
-//! a pair (n, d) with tau = n / d, so that half a turn, where tau is infinite, is a root like any other.
+//! driving is not another case but the same quadratic without its square. Of its two roots one goes in. A root is kept
+//! as a pair (n, d) with tau = n / d, so that half a turn, where tau is infinite, is a root like any other.
 
 use crate::error::Error;
 use crate::vehicle::{LIGHT_SPEED, Motion, Mount, Outline};
@@ -105,7 +106,8 @@ impl Sweep {
         [self.omega * y - self.vx, 0.0 - (self.omega * x + self.vy)]
     }
 
-    /// Returns the time until a point hits the vehicle, s: until it first enters, infinite where that is not within the horizon.
+    /// Returns the time until a point hits the vehicle, s: until it first enters, infinite where that is not within the
+    /// horizon.
     ///
     /// A point in the outline is in contact, and so is one that `touches` by another measure. Its time is 0, unless it
     /// stands or is on its way out; then it is infinite.
@@ -140,8 +142,8 @@ impl Sweep {
         crossings.into_iter().flatten().fold(f64::INFINITY, |first, root| first.min(self.time(root)))
     }
 
-    /// Returns when the distance to an edge's line, positive outside, falls to 0 while the other coordinate is between the ends
-    /// of the edge.
+    /// Returns when the distance to an edge's line, positive outside, falls to 0 while the other coordinate is between
+    /// the ends of the edge.
     #[inline(always)]
     fn crossing(&self, distance: Quadratic, other: Quadratic, low: f64, high: f64) -> Option<Root> {
         let distance = if distance.discriminant() >= 0.0 { distance } else { self.nearer(distance) };
@@ -156,7 +158,8 @@ impl Sweep {
         (discriminant >= 0.0 && on_edge).then_some(Root { n, d })
     }
 
-    /// Returns the distance to a line that is nearer by `touch`: a circle that misses an edge may come as close as that.
+    /// Returns the distance to a line that is nearer by `touch`: a circle that misses an edge may come as close as
+    /// that.
     fn nearer(&self, Quadratic { c, b, a }: Quadratic) -> Quadratic {
         Quadratic { c: c - self.touch, b, a: a - self.half * self.half * self.touch }
     }
@@ -190,8 +193,8 @@ impl Sweep {
         if self.is_inside([x, y]) { self.approach_inside([x, y]) } else { self.approach_outside([x, y]) }
     }
 
-    /// Whether a point in the outline goes deeper into it. It moves along a chord of the outline, and goes deeper if the end
-    /// that it comes from is no farther than the one that it goes to. A point that stands does not.
+    /// Whether a point in the outline goes deeper into it. It moves along a chord of the outline, and goes deeper if
+    /// the end that it comes from is no farther than the one that it goes to. A point that stands does not.
     pub(super) fn deepens(&self, point: [f64; 2]) -> bool {
         let (mut came, mut leaves) = (f64::INFINITY, f64::INFINITY);
         for (depth, rate) in self.edges(point) {
@@ -211,7 +214,8 @@ impl Sweep {
         [(edge.x_front - x, 0.0 - vx), (x - edge.x_rear, vx), (edge.y_left - y, 0.0 - vy), (y - edge.y_right, vy)]
     }
 
-    /// Returns the approach of a point inside. The nearest edge decides; of edges equally near, the one that recedes fastest.
+    /// Returns the approach of a point inside. The nearest edge decides; of edges equally near, the one that recedes
+    /// fastest.
     fn approach_inside(&self, point: [f64; 2]) -> Approach {
         let edges = self.edges(point);
         let depth =
@@ -221,8 +225,8 @@ impl Sweep {
         Approach { clearance: 0.0 - depth, closing_speed }
     }
 
-    /// Returns the approach of a point outside, straight to the nearest point of the outline. It is scaled, so that the square of
-    /// a tiny gap does not vanish.
+    /// Returns the approach of a point outside, straight to the nearest point of the outline. It is scaled, so that the
+    /// square of a tiny gap does not vanish.
     fn approach_outside(&self, [x, y]: [f64; 2]) -> Approach {
         let [vx, vy] = self.velocity([x, y]);
         let (dx, dy) = (x - self.nearest_x(x), y - self.nearest_y(y));

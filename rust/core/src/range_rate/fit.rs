@@ -1,8 +1,9 @@
 //! A line through the readings of each beam, as far back as they belong to one surface.
 //!
-//! From the newest reading backwards, a reading belongs to the same surface as the one after it if the step between the two is one
-//! that noise and the largest speed explain, and if the speed of the step differs from that of the step after it by no more than
-//! noise and the largest acceleration explain. The range rate is the slope of the line of least squares through these readings.
+//! From the newest reading backwards, a reading belongs to the same surface as the one after it if the step between the
+//! two is one that noise and the largest speed explain, and if the speed of the step differs from that of the step
+//! after it by no more than noise and the largest acceleration explain. The range rate is the slope of the line of
+//! least squares through these readings.
 
 use super::RateSettings;
 use super::history::{GROUP, Group, Past, group};
@@ -32,7 +33,8 @@ pub(super) struct LineFit {
     most_scatter: f64,
 }
 
-/// Sums over the readings of each beam of a group that belong to one surface. The newest reading is among them, with age and change 0.
+/// Sums over the readings of each beam of a group that belong to one surface. The newest reading is among them, with
+/// age and change 0.
 struct Sums {
     count: Group,
     age: Group,
@@ -52,7 +54,8 @@ struct Last {
     step: Group,
     /// How much older than the reading looked at before it is, s; 0 without one.
     gap: Group,
-    /// 1 if all readings up to this one belong to one surface, else 0. Numbers stay together in lanes where bools do not.
+    /// 1 if all readings up to this one belong to one surface, else 0. Numbers stay together in lanes where bools do
+    /// not.
     same: Group,
 }
 
@@ -93,8 +96,8 @@ impl LineFit {
 
     /// Adds the readings of the next older scan.
     ///
-    /// Each reading is compared with the last one, whether that belonged to the surface or not: once one does not, no older one
-    /// counts anyway, and so no scan has to wait for the result of the one before.
+    /// Each reading is compared with the last one, whether that belonged to the surface or not: once one does not, no
+    /// older one counts anyway, and so no scan has to wait for the result of the one before.
     #[inline(always)]
     fn add(&self, age: f64, readings: &Group, newest: &Group, last: &mut Last, sums: &mut Sums) {
         for i in 0..GROUP {

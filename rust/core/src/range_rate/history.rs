@@ -1,7 +1,8 @@
 //! The scans that a rate is fitted to, in the directions in which the beams point now.
 //!
-//! [`Measure`] takes from a scan what it measured. [`History`] keeps that for the last scans. As the vehicle turns, a beam looks
-//! where other beams looked before: [`Turned`] computes what an old scan would have measured along the beams of now.
+//! [`Measure`] takes from a scan what it measured. [`History`] keeps that for the last scans. As the vehicle turns, a
+//! beam looks where other beams looked before: [`Turned`] computes what an old scan would have measured along the beams
+//! of now.
 
 use super::settings::MOST_SCANS;
 use crate::column::Source;
@@ -10,8 +11,9 @@ use crate::scan::{Rules, ScanTtc};
 use crate::simd::{Instructions, Kernel};
 use std::collections::VecDeque;
 
-/// The number of beams that a kernel works on at once. It is large enough for compilers to keep loops over them, which they turn into
-/// lanes better than straight code of this length, and small enough for all sums of them to stay near the processor.
+/// The number of beams that a kernel works on at once. It is large enough for compilers to keep loops over them, which
+/// they turn into lanes better than straight code of this length, and small enough for all sums of them to stay near
+/// the processor.
 pub(super) const GROUP: usize = 64;
 
 /// One group of beams.
@@ -165,9 +167,9 @@ impl Turn {
     }
 }
 
-/// Writes what a scan measured where the beams point now. A beam of now lies between two beams of then: where their readings are
-/// on one surface, it takes a reading from the line between them; where they differ by more than `edge`, the reading of the closer
-/// beam; where the scan did not look, NaN.
+/// Writes what a scan measured where the beams point now. A beam of now lies between two beams of then: where their
+/// readings are on one surface, it takes a reading from the line between them; where they differ by more than `edge`,
+/// the reading of the closer beam; where the scan did not look, NaN.
 struct Turned<'a> {
     readings: &'a [f64],
     turn: Turn,

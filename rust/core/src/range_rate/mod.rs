@@ -1,9 +1,10 @@
 //! How fast the range of each beam changes from scan to scan, and the time-to-collision that follows.
 //!
 //! Where there is no odometry, or where things move by themselves, the closing speed of a beam has to come from the
-//! ranges. [`history`] keeps what the last scans measured, and turns it into the directions in which the beams point now. [`fit`]
-//! fits a line to the readings of each beam, as far back as they belong to one surface. [`classify`] says which of the slopes
-//! mean that something closes, and when it arrives. The vote of the scanner's beams then elects the one that decides.
+//! ranges. [`history`] keeps what the last scans measured, and turns it into the directions in which the beams point
+//! now. [`fit`] fits a line to the readings of each beam, as far back as they belong to one surface. [`classify`] says
+//! which of the slopes mean that something closes, and when it arrives. The vote of the scanner's beams then elects the
+//! one that decides.
 
 mod classify;
 mod fit;
@@ -72,8 +73,8 @@ pub struct RangeRate {
     scan: ScanTtc,
     settings: RateSettings,
     history: History,
-    /// The distance from the sensor to the outline along each beam, m, in whole groups; NaN where a beam is ignored, and in the
-    /// padding.
+    /// The distance from the sensor to the outline along each beam, m, in whole groups; NaN where a beam is ignored,
+    /// and in the padding.
     offset: Vec<f64>,
     /// Memory for old scans in new directions.
     turned: Vec<f64>,
@@ -235,7 +236,8 @@ impl RangeRate {
         }
     }
 
-    /// Returns the deciding beam, and whether the vote confirms it. Only beams that close are neighbours of one another.
+    /// Returns the deciding beam, and whether the vote confirms it. Only beams that close are neighbours of one
+    /// another.
     fn elected(&self) -> (Hit, bool) {
         let Some(newest) = self.history.newest() else { return (Hit::NONE, true) };
         let times = &self.beams.ttc[..self.scan.settings.beams];

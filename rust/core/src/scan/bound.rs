@@ -1,20 +1,23 @@
 //! Bounds on the time-to-collision of beams, in the type of the ranges.
 //!
-//! There are two ways to bound. Driving straight, closing speed is `speed * cos(angle)`, and speed is a common factor: the order
-//! of the beams does not depend on it, `clearance / |cos|` will do, and `1 / |cos|` is a table. Any other motion has to
-//! divide.
+//! There are two ways to bound. When the sensor moves straight ahead or back, the closing speed is `speed *
+//! cos(angle)`, and the speed is a common factor: the order of the beams does not depend on it, and `clearance / |cos|`
+//! is enough, where `1 / |cos|` is a table. Any other motion takes a division.
 
 use super::readings::Rules;
 use super::tables::Envelope;
 use crate::lanes::{Lanes, lanes, window};
 use crate::real::Real;
 
-/// What bounds the time-to-collision times `scale` of the beams in each lane of an envelope.
+/// Bounds on `scale` times the time-to-collision of the beams in each lane of an envelope.
 pub(super) trait Bound<T> {
-    /// Not above that of any beam with any range from `ranges` up; NaN where there cannot be any.
+    /// Returns for each lane a number not above that of any beam with any range from `ranges` up; NaN where no beam can
+    /// close.
     fn below(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T>;
-    /// Not below that of the one beam in each lane, with just these ranges; NaN where it may be infinite.
+    /// Returns for each lane a number not below that of its one beam with just this range; NaN where that may be
+    /// infinite.
     fn above(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T>;
+    /// Returns the factor of all times.
     fn scale(&self) -> f64;
 }
 
@@ -23,7 +26,7 @@ pub(super) struct Straight<'a, T> {
     inverse: &'a [T],
     offset: &'a [T],
     speed: f64,
-    /// Beams with a smaller inverse close fast enough to count, for certain.
+    /// A beam with a smaller inverse certainly closes fast enough to count.
     largest_inverse: T,
 }
 
@@ -80,7 +83,7 @@ impl<'a, T: Real> Turning<'a, T> {
         Turning { envelope, farthest: rules.clamp.1, velocity, slack, min_closing_speed }
     }
 
-    /// Closing speeds in the middle of the envelope; no beam's is farther from it than `slack`.
+    /// Returns the closing speeds in the middle of the envelope. No beam's closing speed differs by more than `slack`.
     #[inline(always)]
     fn closing(&self, at: usize) -> Lanes<T> {
         let (cos, sin) = (window(&self.envelope.cos, at), window(&self.envelope.sin, at));
@@ -117,20 +120,21 @@ impl<T: Real> Bound<T> for Turning<'_, T> {
     }
 }
 
-/// Not below the true clearance; offsets in tables are not below the true ones, by a few roundings.
+/// Returns a number not below the true clearance, from an offset that is above the true one by a few roundings at most.
 #[inline(always)]
 fn clearance_above<T: Real>(range: T, offset: T) -> T {
     let clearance = range - offset * just_below_one();
-    // In contact the time is 0. A comparison with NaN is false, so that it stays.
+    // In contact the time is 0. A comparison with NaN is false, so that NaN stays.
     if clearance < T::ZERO { T::ZERO } else { clearance }
 }
 
-/// Farther from one than all roundings of a table and a bound together.
+/// Returns a number farther above 1 than all roundings of a table and a bound together.
 #[inline(always)]
 fn just_above_one<T: Real>() -> T {
     T::from_f64(1.0 + 4.0 * T::SLACK.to_f64())
 }
 
+/// Returns a number farther below 1 than all roundings of a table and a bound together.
 #[inline(always)]
 fn just_below_one<T: Real>() -> T {
     T::from_f64(1.0 - 4.0 * T::SLACK.to_f64())

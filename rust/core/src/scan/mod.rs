@@ -1,11 +1,11 @@
 //! Instantaneous time-to-collision (iTTC) over the beams of a planar laser scanner.
 //!
-//! For each beam, iTTC is the clearance along it divided by the speed at which the sensor moves along it. A caller makes a
-//! [`ScanTtc`] from [`settings`]; [`tables`] are computed once, from where the beams point and where the vehicle's outline
-//! ends along them. Then scans arrive. [`readings`] says what a number in `ranges` means. [`search`] finds the beam with the
-//! least time, and computes exactly only the few beams that a [`bound`] does not rule out; with a [`vote`], every beam is computed and
-//! the vote decides. [`per_beam`] computes all beams, in the type of the ranges. [`swept`] asks which beam's point the moving
-//! outline hits first.
+//! For each beam, iTTC is the clearance along it divided by the speed at which the sensor moves along it. A caller
+//! makes a [`ScanTtc`] from [`settings`]; [`tables`] are computed once, from where the beams point and where the
+//! vehicle's outline ends along them. Then scans arrive. [`readings`] says what a number in `ranges` means. [`search`]
+//! finds the beam with the least time, and computes exactly only the few beams that a [`bound`] does not rule out; with
+//! a [`vote`], every beam is computed and the vote decides. [`per_beam`] computes all beams, in the type of the ranges.
+//! [`swept`] asks which beam's point the moving outline hits first.
 
 mod bound;
 mod per_beam;
@@ -111,8 +111,8 @@ impl ScanTtc {
 
     /// Returns the least time-to-collision, s, or `None` when nothing valid was observed.
     ///
-    /// With [`Settings::beam_vote`] it is the time of the beam that the vote elects; where too few beams close for a vote, it is
-    /// the plain least.
+    /// With [`Settings::beam_vote`] it is the time of the beam that the vote elects; where too few beams close for a
+    /// vote, it is the plain least.
     ///
     /// # Errors
     /// When the number of ranges or the motion makes no sense.

@@ -1,4 +1,8 @@
-//! The time-to-collision of every beam, in the type of the ranges.
+//! The time-to-collision and the status of every beam, in the type of the ranges.
+//!
+//! A [`Pace`] gives closing speeds, and the times that clearances last at them: by a table of `1 / cos` when the sensor
+//! moves straight ahead or back, else by division. [`Scan`] makes times and statuses of a group of beams, [`Times`] and
+//! [`Statuses`] write them.
 
 use super::readings::Rules;
 use super::tables::{Envelope, Tables};
@@ -11,13 +15,13 @@ use crate::status::Status;
 
 /// Closing speeds of beams, and how long clearances last at them.
 pub(super) trait Pace<T>: Copy {
-    /// Of the beams of a group.
+    /// Returns the closing speeds of the beams of a group.
     fn closing(&self, group: usize) -> Lanes<T>;
-    /// Clearance over closing speed, where that is positive.
+    /// Returns clearance over closing speed, where that speed is positive.
     fn times(&self, group: usize, clearance: &Lanes<T>, closing: &Lanes<T>) -> Lanes<T>;
-    /// Not more than the least closing speed of a group of beams, and not less than the largest.
+    /// Returns a number not above the least closing speed of a group of beams, and one not below the largest.
     fn extremes(&self, group: usize) -> (T, T);
-    /// The same of the first groups only: what an index is below need not be checked again.
+    /// Cuts the tables to the first groups, so that an index below their number need not be checked again.
     #[must_use]
     fn first(self, groups: usize) -> Self;
 }
@@ -33,7 +37,7 @@ pub(super) struct Straight<'a, T> {
 }
 
 impl<'a, T: Real> Straight<'a, T> {
-    /// If the velocity is such a one, and no product with `1 / velocity` can overflow or lose digits.
+    /// Makes one if the velocity is along the x axis, and no product with `1 / velocity` can overflow or lose digits.
     pub(super) fn new(tables: &'a Tables<T>, (vx, vy): (f64, f64)) -> Option<Self> {
         let Tables { beams: Envelope { cos, .. }, inverse, extremes, .. } = tables;
         let (cos, inverse) = (groups(cos), groups(inverse));
@@ -107,8 +111,8 @@ impl<T: Real> Pace<T> for Turning<'_, T> {
     }
 }
 
-/// One scan at one pace: what both kernels read. All by value, for what lies behind a reference is read again after
-/// every write to memory that is not known to be apart from it.
+/// One scan at one pace, which both kernels read. It holds all by value: what lies behind a reference is read again
+/// after every write to memory that is not known to be apart from it.
 #[derive(Clone, Copy)]
 pub(super) struct Scan<'a, T, S, P> {
     pub ranges: S,
@@ -119,14 +123,14 @@ pub(super) struct Scan<'a, T, S, P> {
 }
 
 impl<T: Real, S: Source<T>, P: Pace<T>> Scan<'_, T, S, P> {
-    /// The same, with tables of the groups of its ranges only.
+    /// Cuts the tables to the groups of its ranges.
     #[inline(always)]
     fn trimmed(self) -> Self {
         let groups = self.ranges.len().div_ceil(LANES);
         Scan { offset: &self.offset[..groups], pace: self.pace.first(groups), ..self }
     }
 
-    /// The times of a group. Most groups lie ahead, where all beams close, or behind, where none does.
+    /// Returns the times of a group. Most groups lie ahead, where all beams close, or behind, where none does.
     #[inline(always)]
     fn times(&self, group: usize, ranges: Lanes<T>, clamps: bool) -> Lanes<T> {
         let (slowest, fastest) = self.pace.extremes(group);
@@ -148,6 +152,7 @@ impl<T: Real, S: Source<T>, P: Pace<T>> Scan<'_, T, S, P> {
         }
     }
 
+    /// Returns the statuses of a group.
     #[inline(always)]
     fn statuses(&self, group: usize, ranges: Lanes<T>) -> Lanes<u8> {
         let offset = &self.offset[group];
@@ -176,7 +181,7 @@ impl<T: Real, S: Source<T>, P: Pace<T>, W: Sink<T>> Kernel for Times<'_, T, S, P
 }
 
 impl<T: Real, S: Source<T>, P: Pace<T>, W: Sink<T>> Times<'_, T, S, P, W> {
-    /// Write them all, with what is known when this is compiled: whether readings are moved into limits.
+    /// Writes all times. Each call is compiled for a `clamps` that is known: whether readings are moved into limits.
     #[inline(always)]
     fn write(self, clamps: bool) {
         let (scan, mut out) = (self.scan.trimmed(), self.out);
@@ -238,10 +243,10 @@ mod tests {
     use crate::simd::Level;
     use crate::vehicle::{Motion, Outline};
 
-    /// Beams ahead, across and behind, so that of some groups all beams close, of some none, of some a few: the slow ones
-    /// do not count, and a reading inside the outline is contact only where the beam closes.
+    /// Beams point ahead, across and behind, so that all, none or some beams of a group close. The slow ones do not
+    /// count, and a reading inside the outline has time 0 only where the beam closes.
     #[test]
-    fn groups_that_close_in_part_are_told_beam_by_beam() {
+    fn groups_that_close_in_part_are_decided_beam_by_beam() {
         let outline = Some(Outline { x_rear: -1.0, x_front: 1.0, y_right: -1.0, y_left: 1.0 });
         let settings = Settings { outline, min_closing_speed: 0.5, ..Settings::new(0.0, 0.03, 100) };
         let ranges: Vec<f32> = (0..100).map(|beam| if beam % 3 == 0 { 0.5 } else { 5.0 }).collect();

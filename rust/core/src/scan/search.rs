@@ -1,17 +1,17 @@
 //! The least time-to-collision of a scan, exactly, without computing all of them exactly.
 //!
-//! A time-to-collision is a division per beam, and only one beam matters. So the search is a branch and bound, from
+//! A time-to-collision takes a division per beam, and only one beam matters. So the search is a branch and bound, from
 //! coarse to fine, and in the type of the ranges until the end:
 //!
-//! 1. *Blocks.* Each lane of a block of beams keeps only the least valid reading it sees, and gets a number that is not above
-//!    the true value of any of its beams: that reading, with the least favourable offset and direction among them.
-//! 2. *A limit.* Each beam of the block with the least bound gets a number that is not below its true value. The least of these
-//!    is the limit: the answer cannot lie above it, and seldom lies far below.
+//! 1. *Blocks.* Each lane of a block of beams keeps only the least valid reading it sees. With the least favourable
+//!    offset and direction among its beams, that reading gives a number that is not above the true time of any of them.
+//! 2. *A limit.* Each beam of the block with the least bound gets a number that is not below its true time. The least
+//!    of these is the limit: the answer cannot lie above it, and seldom lies far below.
 //! 3. *Groups.* In each block whose bound does not exceed the limit, every beam gets a bound of its own.
-//! 4. *Beams.* Those whose bounds do not exceed the limit are computed exactly, in `f64`, and lower the limit.
+//! 4. *Beams.* The beams whose bounds do not exceed the limit are computed exactly, in `f64`, and lower the limit.
 //!
-//! As bounds lie on their side of the truth, no better beam can be missed, however they were rounded: rounding costs
-//! time, never the answer. Flat walls, where many beams tie within `f32`, are only more beams to compute.
+//! No bound lies on the wrong side of the truth, however it was rounded, so that no better beam is missed: rounding
+//! costs time, never the answer. On flat walls, where many beams tie within `f32`, more beams are computed.
 
 use super::bound::{Bound, Straight, Turning};
 use super::readings::Rules;
@@ -23,13 +23,13 @@ use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 use arrayvec::ArrayVec;
 
-/// Slower than this, m/s, products lose their digits, and bounds would not hold.
+/// Below this speed, m/s, products lose digits, and bounds would not hold.
 const SLOWEST: f64 = 1e-290;
 
-/// The beam with the least time-to-collision.
+/// Returns the beam with the least time-to-collision.
 ///
-/// All of it is inlined, and lends nothing to what is not: what is lent has to lie in memory, and to write it there and read it
-/// back takes as long as a hundred beams.
+/// All of it is inlined, and it passes no reference to a function that is not: what a reference points to has to lie in
+/// memory, and to write it there and read it back takes as long as a hundred beams.
 #[inline(always)]
 pub(super) fn first_hit<T: Real>(
     level: Level,
@@ -81,9 +81,9 @@ fn searched<'a, T: Real, B: Bound<T>>(
     }
 }
 
-/// The search itself.
+/// The search for one kind of bounds.
 struct Search<'a, T, S, F> {
-    /// At least one group of lanes of them.
+    /// The ranges, at least one group of lanes.
     ranges: S,
     rules: &'a Rules<T>,
     tables: &'a Tables<T>,
@@ -121,7 +121,8 @@ impl<'a, T: Real, S: Source<T>, B: Bound<T>, F: Fn(&'a Envelope<T>) -> B> Kernel
 }
 
 impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
-    /// The least reading that each lane of a block sees, of those that may be valid; and of all, into `lowest`.
+    /// Returns the least reading that each lane of a block sees among those that may be valid. The least of all
+    /// readings goes into `lowest`.
     #[inline(always)]
     fn nearest<I: Instructions>(&self, simd: I, block: usize, lowest: &mut Lanes<T>) -> Lanes<T> {
         let low = self.rules.range_min;
@@ -135,7 +136,7 @@ impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
         nearest
     }
 
-    /// A limit from the block with the `lowest` bound, which usually has the answer in it.
+    /// Returns a limit from the block with the `lowest` bound, which usually has the answer in it.
     #[inline(always)]
     fn first_limit<I: Instructions>(
         &self,
@@ -155,7 +156,7 @@ impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
         least(above) + T::TINY
     }
 
-    /// Where a group begins, and its usable ranges.
+    /// Returns where a group begins, and its usable ranges.
     #[inline(always)]
     fn usable(&self, group: usize) -> (usize, Lanes<T>) {
         let rules = *self.rules; // a copy: what lies behind a reference is only read where a lane needs it
@@ -163,7 +164,7 @@ impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
         (at, each(self.ranges.lanes(at), |range| rules.usable(range)))
     }
 
-    /// The best and the limit after the beams of a block that may still matter are computed.
+    /// Computes the beams of a block that may still matter, and returns the best so far and the limit.
     #[inline(always)]
     fn decided<I: Instructions>(
         &self,
@@ -185,7 +186,8 @@ impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
         (best, limit)
     }
 
-    /// The best of the beams of a group that are `left`. Usually that is one; in lanes, all of them cost as much as a few.
+    /// Returns the best of the beams of a group that are `left`. Usually one is; in lanes, all of them cost as much as
+    /// a few.
     #[inline(always)]
     fn best_of<I: Instructions>(&self, simd: I, at: usize, ranges: &Lanes<T>, left: u16) -> Hit {
         if left.is_power_of_two() {
@@ -199,7 +201,7 @@ impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
     }
 }
 
-/// For each lane a bit, whether its bound is not above `limit`.
+/// Returns a bit for each lane whose bound is not above `limit`.
 #[inline(always)]
 fn reaching<T: Real, I: Instructions>(simd: I, bounds: &Lanes<T>, limit: T) -> u16 {
     T::within(simd, bounds, &[T::ZERO - T::INFINITY; LANES], &[limit; LANES])

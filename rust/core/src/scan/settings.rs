@@ -26,7 +26,8 @@ pub enum TooClose {
 /// What the user's limits do to a valid reading outside them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LimitsPolicy {
-    /// A reading beyond the far limit is out of the horizon and never the cause; one below the near limit is kept as it is.
+    /// A reading beyond the far limit is out of the horizon and never the cause; one below the near limit is kept as it
+    /// is.
     #[default]
     Horizon,
     /// Readings are clamped into the limits, literally.

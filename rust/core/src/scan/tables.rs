@@ -1,7 +1,8 @@
 //! What is known of each beam before a scan arrives, in the forms that the kernels read.
 //!
-//! [`Beams`] is the truth, in `f64`: directions, and the distances from the sensor to the outline. [`ExactBeams`] is the beams
-//! in one motion, and decides. [`Tables`] is the beams in the type of the ranges, and bounds what the search need not decide.
+//! [`Beams`] is the truth, in `f64`: directions, and the distances from the sensor to the outline. [`ExactBeams`] is
+//! the beams in one motion, and decides. [`Tables`] is the beams in the type of the ranges, and bounds what the search
+//! need not decide.
 
 use super::readings::Rules;
 use super::settings::Settings;
@@ -17,7 +18,8 @@ pub(crate) struct Beams {
     pub cos: Vec<f64>,
     /// The sine of the direction of each beam in the vehicle frame.
     pub sin: Vec<f64>,
-    /// The distance from the sensor to the outline along each beam, m; NaN where the beam is ignored, and in the padding.
+    /// The distance from the sensor to the outline along each beam, m; NaN where the beam is ignored, and in the
+    /// padding.
     pub offset: Vec<f64>,
 }
 
@@ -127,7 +129,8 @@ pub(crate) struct Envelope<T> {
     pub sin: Vec<T>,
     /// No direction is farther from the middle than this, in any set.
     pub spread: T,
-    /// A number that is not below the true offsets, so that a range less it is not above the true clearance; NaN without beams.
+    /// A number that is not below the true offsets, so that a range less it is not above the true clearance; NaN
+    /// without beams.
     pub offset: Vec<T>,
     /// A number that is not above `1 / cos` of any beam that closes when driving forward; NaN without one.
     pub inverse_forward: Vec<T>,

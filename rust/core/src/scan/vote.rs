@@ -1,7 +1,8 @@
 //! Which beam decides, where a speckle must not: the nearest in time that a vote confirms.
 //!
-//! The beams that close stand for election, and one of two rules elects: the `k`-th smallest time-to-collision, or the least
-//! among the beams that their neighbours support. Where the rule elects none, the nearest in time decides, unconfirmed.
+//! The beams that close stand for election, and one of two rules elects: the `k`-th smallest time-to-collision, or the
+//! least among the beams that their neighbours support. Where the rule elects none, the nearest in time decides,
+//! unconfirmed.
 
 use crate::error::{Error, at_least_one, non_negative};
 use crate::hit::Hit;

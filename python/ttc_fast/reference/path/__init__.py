@@ -1,35 +1,64 @@
-"""``SweptPath`` and ``ScanSweptPath``: when static points first enter the moving vehicle."""
+"""``SweptPath``: when static points first enter the moving vehicle."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ttc_fast._core import NoDataError
-from ttc_fast.reference.arguments import motions, number, output
+from ttc_fast.reference.arguments import checked_no_data, duration, output
+from ttc_fast.reference.hit import Batch, Counts
+from ttc_fast.reference.path.sweep import Sweep
 from ttc_fast.reference.points import frames
-from ttc_fast.reference.results import Counts, Nearest, NearestBatch, NearestPoint, NearestPointBatch
-from ttc_fast.reference.settings import checked_no_data, checked_outline
-from ttc_fast.reference.sweep import Sweep
+from ttc_fast.reference.vehicle import checked_outline, motions
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from ttc_fast.reference.geometry import Motion, Outline
-    from ttc_fast.reference.scan import ScanTTC
+    from ttc_fast.reference.vehicle import Motion, Outline
 
     Floats = NDArray[np.floating[Any]]
 
 LARGEST = 1e6
-"""No vehicle is larger, m."""
+"""No vehicle reaches farther from its origin, m."""
 
 LONGEST = 1e6
-"""Nobody looks farther ahead, s."""
+"""The longest horizon, s."""
+
+
+@dataclass(frozen=True)
+class NearestPoint:
+    """The point that is hit first, and everything that says why."""
+
+    ttc: float
+    """The least time until a point enters the outline, s."""
+    status: Status
+    """What that time means."""
+    index: int
+    """The point that decided: the one of ``ttc``, else the first in contact, else -1."""
+    x: float
+    """Its x, m. It is NaN without a point, as is all that follows."""
+    y: float
+    """Its y, m."""
+    clearance: float
+    """The distance from the outline to the point, m; negative inside."""
+    closing_speed: float
+    """How fast the clearance shrinks now, m/s."""
+    counts: Counts
+    """How many points are ``valid``, ``invalid`` and in ``contact``; the rest is 0."""
+
+
+class NearestPointBatch(Batch[NearestPoint]):
+    """The ``NearestPoint`` of each frame of a batch."""
+
+    def __init__(self, frames: Sequence[NearestPoint]) -> None:
+        super().__init__(NearestPoint, frames)
 
 
 class SweptPath:
@@ -55,7 +84,7 @@ class SweptPath:
         self, outline: tuple[float, float, float, float], *, horizon: float = 5.0, no_data: float | None = None
     ) -> None:
         self._outline = checked_path(outline)
-        self._horizon = checked_horizon(horizon)
+        self._horizon = duration("horizon", horizon, LONGEST)
         self._no_data = checked_no_data(no_data)
 
     @property
@@ -71,7 +100,7 @@ class SweptPath:
     def min(
         self, points: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
     ) -> float | NDArray[np.float64]:
-        """Least time until a point enters the outline, s; for a batch one each, float64 of shape (B,)."""
+        """Return the least time until a point enters the outline, s; for a batch one each, float64 of shape (B,)."""
         clouds, is_batch = frames("points", points)
         results = [self._nearest(*each) for each in self._each(clouds, is_batch, speed, yaw_rate, lateral_speed)]
         ttc = [self._one_number(nearest, index) for index, nearest in enumerate(results)]
@@ -80,7 +109,7 @@ class SweptPath:
     def nearest(
         self, points: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
     ) -> NearestPoint | NearestPointBatch:
-        """Find the point that is hit first, and everything that says why, for a cloud or each cloud of a batch."""
+        """Return the point that is hit first, and everything that says why, for a cloud or each cloud of a batch."""
         clouds, is_batch = frames("points", points)
         results = [self._nearest(*each) for each in self._each(clouds, is_batch, speed, yaw_rate, lateral_speed)]
         return NearestPointBatch(results) if is_batch else results[0]
@@ -95,7 +124,7 @@ class SweptPath:
         out: Floats | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> Floats:
-        """Time until each point enters the outline, s, in the dtype of the points; infinite where it does not."""
+        """Return the time until each point enters the outline, s, in the dtype of the points; else infinite."""
         clouds, is_batch = frames("points", points)
         each = list(self._each(clouds, is_batch, speed, yaw_rate, lateral_speed))
         like = clouds[:, 0] if is_batch else clouds[0, 0]
@@ -110,7 +139,7 @@ class SweptPath:
         return out
 
     def _every(self, cloud: Floats, motion: Motion) -> tuple[NDArray[np.float64], NDArray[np.uint8], Sweep]:
-        """Time and status of each point of a cloud, shape (3, N)."""
+        """Return the time and the status of each point of a cloud, shape (3, N)."""
         sweep = Sweep(self._outline, self._horizon, motion)
         valid = np.isfinite(cloud).all(axis=0) & (cloud != 0).any(axis=0)
         x, y = np.where(valid, cloud[:2], np.nan).astype(np.float64)
@@ -169,118 +198,16 @@ class SweptPath:
     def _each(
         self, clouds: Floats, is_batch: bool, speed: Any, yaw_rate: Any, lateral_speed: Any
     ) -> Iterator[tuple[Floats, Motion]]:
-        """Each cloud with its motion; all motions are checked first."""
+        """Return each cloud with its motion; all motions are checked first."""
         each = motions(clouds[:, 0] if is_batch else clouds[0, 0], speed, yaw_rate, lateral_speed)
         for motion in each:
             Sweep(self._outline, self._horizon, motion)
         return zip(clouds, each, strict=True)
 
 
-class ScanSweptPath:
-    """Time until what a laser scanner sees enters the vehicle's outline, if it goes on moving as it does.
-
-    Parameters, results and errors are those of ``ttc_fast.ScanSweptPath``.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from ttc_fast import reference
-    >>> scan = reference.ScanTTC(-1.5, 0.5, 7, outline=(-0.1, 0.4, -0.15, 0.15))
-    >>> path = reference.ScanSweptPath(scan)
-    >>> ranges = np.array([1.0, 1.0, 1.0, 5.4, 1.0, 1.0, 1.0])    # something ahead, things at the sides
-    >>> path.min(ranges, 5.0)
-    1.0
-    >>> round(scan.min(ranges, 5.0), 2)
-    0.16
-    """
-
-    def __init__(self, scan: ScanTTC, *, horizon: float = 5.0) -> None:
-        self._scan, self._horizon = scan, checked_horizon(horizon)
-        if scan._outline is None:
-            raise ValueError("scan must have an outline, which is what sweeps")
-        self._outline = checked_path(scan._outline)
-
-    @property
-    def scan(self) -> ScanTTC:
-        """The scanner it was made of."""
-        return self._scan
-
-    @property
-    def horizon(self) -> float:
-        """How far ahead it looks, s."""
-        return self._horizon
-
-    def min(
-        self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
-    ) -> float | NDArray[np.float64]:
-        """Least time until a beam's point enters the outline, s; for a batch one each, float64 of shape (B,)."""
-        ranges = self._scan._checked(ranges)
-        scans = self._scan._scans(ranges, speed, yaw_rate, lateral_speed)
-        each = [self._scan._one_number(self._nearest(*scan), index) for index, scan in enumerate(scans)]
-        return each[0] if ranges.ndim == 1 else np.array(each, np.float64)
-
-    def nearest(self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0) -> Nearest | NearestBatch:
-        """Find the beam whose point is hit first, and everything that says why, for a scan or each scan of a batch."""
-        ranges = self._scan._checked(ranges)
-        each = [self._nearest(*scan) for scan in self._scan._scans(ranges, speed, yaw_rate, lateral_speed)]
-        return each[0] if ranges.ndim == 1 else NearestBatch(each)
-
-    def per_beam(
-        self,
-        ranges: Any,
-        speed: Any,
-        yaw_rate: Any = 0.0,
-        lateral_speed: Any = 0.0,
-        *,
-        out: Floats | None = None,
-        status_out: NDArray[np.uint8] | None = None,
-    ) -> Floats:
-        """Time until each beam's point enters the outline, s, in the dtype of ``ranges``; infinite where not."""
-        ranges = self._scan._checked(ranges)
-        scans = list(self._scan._scans(ranges, speed, yaw_rate, lateral_speed))
-        for _, motion in scans:  # refused before anything is written
-            self._scan._closing(motion)
-            Sweep(self._outline, self._horizon, motion)
-        if status_out is not None:
-            output("status_out", status_out, ranges, np.uint8)
-        out = np.empty_like(ranges, subok=False) if out is None else output("out", out, ranges, ranges.dtype)
-        for index, (scan, motion) in enumerate(scans):
-            ttc = self._every(scan, motion)
-            status = self._scan._statuses(scan, self._usable(scan) - self._scan._offset, ttc < np.inf)
-            np.atleast_2d(out)[index] = ttc
-            if status_out is not None:
-                np.atleast_2d(status_out)[index] = status
-        return out
-
-    def _usable(self, ranges: Floats) -> NDArray[np.float64]:
-        """Range of each beam to compute with, m; NaN where there is none."""
-        usable = self._scan._rules.usable(ranges).astype(np.float64)
-        return np.where(np.isnan(self._scan._offset), np.nan, usable)
-
-    def _every(self, ranges: Floats, motion: Motion) -> NDArray[np.float64]:
-        """Time of each beam of a scan."""
-        scan, usable = self._scan, self._usable(ranges)
-        x, y = scan._mount.x + usable * scan._cos, scan._mount.y + usable * scan._sin
-        sweep = Sweep(self._outline, self._horizon, motion)
-        # Of a sensor outside the outline, a reading of 0 is in contact with the sensor, which may be anywhere.
-        touches = (scan._offset > 0) & (usable - scan._offset <= 0)
-        return sweep.ttc(x, y, touches | sweep.is_inside(x, y))
-
-    def _nearest(self, ranges: Floats, motion: Motion) -> Nearest:
-        return self._scan._nearest_by(self._every(ranges, motion), ranges, motion)
-
-
 def checked_path(outline: Any) -> Outline:
-    """Give the shape of a vehicle that sweeps."""
+    """Return the shape of a vehicle that sweeps."""
     result = checked_outline(outline)
     if not all(abs(edge) <= LARGEST for edge in result):
         raise ValueError(f"outline must lie within {LARGEST} m of the vehicle's origin")
     return result
-
-
-def checked_horizon(horizon: Any) -> float:
-    """Say how far ahead to look."""
-    seconds = number("horizon", horizon)
-    if not 0 < seconds <= LONGEST:
-        raise ValueError(f"horizon must be above 0 and at most {LONGEST} s, got {seconds}")
-    return seconds

@@ -1,4 +1,4 @@
-"""When a static point first enters a moving rectangle, in closed form.
+"""When a static point first enters a moving rectangle, in closed form; and how far it is from it.
 
 Let omega be the yaw rate and tau = 2 tan(omega t / 2) / omega, which is t itself when omega is 0. In the vehicle frame
 a static point moves by dp/dt = -(v + omega x p), so that its coordinates are sums of 1, sin(omega t) and cos(omega t).
@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ttc_fast.reference.geometry import LIGHT_SPEED, Mount, sensor_velocity
+from ttc_fast.reference.vehicle import LIGHT_SPEED, Mount, sensor_velocity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ttc_fast.reference.geometry import Motion, Outline
+    from ttc_fast.reference.vehicle import Motion, Outline
 
     Doubles = NDArray[np.float64]
     Bools = NDArray[np.bool_]
@@ -76,10 +76,10 @@ class Sweep:
         return inside
 
     def ttc(self, x: Doubles, y: Doubles, contact: Bools) -> Doubles:
-        """Time until each point hits the vehicle, s.
+        """Return the time until each point hits the vehicle, s.
 
-        Of a point outside, the time of its first entry, infinite where that is not within the horizon. Of a point in
-        contact 0, unless it stands or is on its way out.
+        For a point outside, that is until it first enters; it is infinite where that is not within the horizon. A point
+        in contact has time 0, unless it stands or is on its way out; then it is infinite.
         """
         _, closing_speed = self.approach(x, y)
         deeper = np.where(self.is_inside(x, y), self._deepens(x, y), closing_speed > 0)
@@ -101,14 +101,14 @@ class Sweep:
         return deepens
 
     def _edges(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """From each point inside to each edge, m, and how fast that grows, m/s; shape (4, N)."""
+        """Return the distance from each point inside to each edge, m, and how fast it grows, m/s; shape (4, N)."""
         edge = self._outline
         vx, vy = self._velocity(x, y)
         depths = np.array([edge.x_front - x, x - edge.x_rear, edge.y_left - y, y - edge.y_right])
         return depths, np.array([0.0 - vx, vx, 0.0 - vy, vy])
 
     def approach(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Clearance of each point, m, negative inside; and how fast it shrinks, m/s.
+        """Return the clearance of each point, m, negative inside; and how fast it shrinks, m/s.
 
         Inside, the nearest edge decides; of edges equally near, the one that recedes fastest.
         """
@@ -128,12 +128,12 @@ class Sweep:
         return np.where(inside, 0.0 - depth, distance), np.where(inside, inward, towards)
 
     def _velocity(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Velocity of static points in the vehicle frame, m/s."""
+        """Return the velocity of static points in the vehicle frame, m/s."""
         with np.errstate(over="ignore"):
             return self._omega * y - self._vx, 0.0 - (self._omega * x + self._vy)
 
     def _entry(self, x: Doubles, y: Doubles) -> Doubles:
-        """When each point outside first enters, s; infinite if it never does."""
+        """Return when each point outside first enters, s; infinite if it never does."""
         near = (np.abs(x) <= self._reach) & (np.abs(y) <= self._reach)
         x, y = np.where(near, x, np.nan), np.where(near, y, np.nan)
         bx, by = self._velocity(x, y)
@@ -155,7 +155,7 @@ class Sweep:
         return first
 
     def _crossing(self, distance: Quadratic, other: Quadratic, low: float, high: float) -> tuple[Doubles, Doubles]:
-        """When each point goes in through an edge, as (n, d); NaN where it does not.
+        """Return when each point goes in through an edge, as (n, d); NaN where it does not.
 
         ``distance`` from the line of the edge is positive outside and falls to 0 then; the ``other`` coordinate has to
         be between the ends of the edge.
@@ -177,9 +177,10 @@ class Sweep:
         return np.where(enters, n, np.nan), np.where(enters, d, np.nan)
 
     def _time(self, n: Doubles, d: Doubles) -> Doubles:
-        """Time at each root, s; infinite where there is none.
+        """Return the time at each root, s; infinite where there is none.
 
-        By ``math.atan2``, which is the C library's as in the kernels; NumPy's own may differ in the last bit.
+        It is computed by ``math.atan2``, which is the C library's as in the kernels; NumPy's own may differ in the last
+        bit.
         """
         time = np.full_like(n, np.inf)
         omega = abs(self._omega)

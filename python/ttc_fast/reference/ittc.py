@@ -70,7 +70,7 @@ def ittc(
 
 
 def _like(argument: str, rate: Any, ranges: Floats) -> Floats:
-    """Give each range its rate, in a new array of their dtype."""
+    """Return a rate for each range, in a new array of their dtype."""
     if np.ndim(rate) == 0:
         same = rounded(finite(argument, rate), ranges.dtype)
         return np.full_like(ranges, finite(f"{argument} in the dtype of ranges", same), subok=False)

@@ -1,22 +1,23 @@
-"""Where beams point, how the sensor moves, and how far the vehicle reaches along a beam."""
+"""The vehicle: where its sensor sits, how far it reaches along a beam, and how it moves."""
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+
+from ttc_fast.reference.arguments import finite
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    Floats = NDArray[np.floating[Any]]
 
 LIGHT_SPEED = 299_792_458.0
 """No vehicle is faster, m/s."""
 
-
 PARALLEL = 1e-12
-"""Directions this close to an edge's run along it: the cosine of a right angle is not exactly 0."""
+"""Directions this close to the direction of an edge run along it: the cosine of a right angle is not exactly 0."""
 
 
 class Mount(NamedTuple):
@@ -44,23 +45,42 @@ class Motion(NamedTuple):
     lateral_speed: float
 
 
-def beam_angles(angle_min: float, angle_increment: float, beams: int) -> NDArray[np.float64]:
-    """Direction of each beam in the sensor frame, rad."""
-    return angle_min + angle_increment * np.arange(beams, dtype=np.float64)
+def checked_mount(mount: Any) -> Mount:
+    """Return where the sensor sits."""
+    return Mount(*(finite("mount", value) for value in mount))
 
 
-def directions(angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Cosine and sine of each angle.
+def checked_outline(outline: Any) -> Outline:
+    """Return the shape of the vehicle."""
+    result = Outline(*(finite("outline", edge) for edge in outline))
+    if not (result.x_rear < result.x_front and result.y_right < result.y_left):
+        raise ValueError(f"outline must have x_rear < x_front and y_right < y_left, got {result}")
+    return result
 
-    By ``math``, whose functions are the C library's as in the kernels. NumPy's own may differ from them in the last
-    bit, depending on version and processor.
-    """
-    each = angles.tolist()
-    return np.array([math.cos(angle) for angle in each]), np.array([math.sin(angle) for angle in each])
+
+def motions(ranges: Floats, speed: Any, yaw_rate: Any, lateral_speed: Any) -> list[Motion]:
+    """Return the motion of each scan: numbers for one scan; for a batch, numbers or arrays with one entry per scan."""
+    if ranges.ndim == 1:
+        return [Motion(finite("speed", speed), finite("yaw_rate", yaw_rate), finite("lateral_speed", lateral_speed))]
+    columns = (
+        _one_each("speed", speed, len(ranges)),
+        _one_each("yaw_rate", yaw_rate, len(ranges)),
+        _one_each("lateral_speed", lateral_speed, len(ranges)),
+    )
+    return [Motion(*row) for row in zip(*columns, strict=True)]
+
+
+def _one_each(argument: str, values: Any, scans: int) -> list[float]:
+    array = np.asarray(values)
+    if array.ndim == 0:
+        return [finite(argument, values)] * scans
+    if array.shape != (scans,):
+        raise ValueError(f"{argument} must be a number or have shape ({scans},), got {array.shape}")
+    return [finite(argument, value) for value in array]
 
 
 def sensor_velocity(motion: Motion, mount: Mount) -> tuple[float, float]:
-    """Velocity of the sensor in the vehicle frame, v + omega x p, m/s [rigid-body kinematics]."""
+    """Return the velocity of the sensor in the vehicle frame, v + omega x p, m/s [rigid-body kinematics]."""
     vx = motion.speed - motion.yaw_rate * mount.y
     vy = motion.lateral_speed + motion.yaw_rate * mount.x
     if not (abs(vx) < LIGHT_SPEED and abs(vy) < LIGHT_SPEED):
@@ -73,10 +93,10 @@ def sensor_velocity(motion: Motion, mount: Mount) -> tuple[float, float]:
 def outline_offsets(
     outline: Outline, mount: Mount, cos: NDArray[np.float64], sin: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """How much of each beam's range lies inside the vehicle, m.
+    """Return how much of each beam's range lies inside the vehicle, m.
 
-    Seen from strictly inside, the way to the edge. From the edge or outside, 0 for a beam that never enters the
-    rectangle, and NaN for one that does, because it looks at the vehicle itself.
+    For a sensor strictly inside, that is the way to the edge. For one on the edge or outside, it is 0 where the beam
+    never enters the rectangle, and NaN where it does, because that beam looks at the vehicle itself.
     """
     enter_x, leave_x = _crossing(mount.x, cos, outline.x_rear, outline.x_front)
     enter_y, leave_y = _crossing(mount.y, sin, outline.y_right, outline.y_left)
@@ -89,7 +109,7 @@ def outline_offsets(
 def _crossing(
     position: float, rate: NDArray[np.float64], low: float, high: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where along each beam one coordinate enters and leaves ``(low, high)``, m; (inf, -inf) if it never does."""
+    """Return where along each beam a coordinate enters and leaves ``(low, high)``, m; (inf, -inf) if it never does."""
     between = low < position < high
     enter = np.full_like(rate, -np.inf if between else np.inf)
     leave = np.full_like(rate, np.inf if between else -np.inf)

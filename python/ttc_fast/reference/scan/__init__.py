@@ -1,27 +1,32 @@
-"""``ScanTTC``: time-to-collision over the beams of a laser scanner."""
+"""``ScanTTC``: instantaneous time-to-collision (iTTC) over the beams of a laser scanner."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ttc_fast._core import NoDataError
-from ttc_fast.reference.arguments import checked_threads, floats, motions, non_negative, output
+from ttc_fast.reference.arguments import checked_no_data, checked_threads, floats, non_negative, output
 from ttc_fast.reference.formula import rounded, time_to_collision
-from ttc_fast.reference.geometry import Motion, directions, outline_offsets, sensor_velocity
-from ttc_fast.reference.results import Nearest, NearestBatch
-from ttc_fast.reference.settings import (
+from ttc_fast.reference.hit import Batch, Counts
+from ttc_fast.reference.scan.settings import (
     checked_angles,
+    checked_beam_vote,
     checked_mask,
-    checked_minimum,
-    checked_mount,
-    checked_no_data,
-    checked_outline,
     checked_rules,
 )
-from ttc_fast.reference.vote import decide
+from ttc_fast.reference.scan.vote import elect
+from ttc_fast.reference.vehicle import (
+    Motion,
+    checked_mount,
+    checked_outline,
+    motions,
+    outline_offsets,
+    sensor_velocity,
+)
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -32,6 +37,35 @@ if TYPE_CHECKING:
     from ttc_fast._core import KthSmallest, NeighbourSupport
 
     Floats = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The nearest beam in time of one scan, and everything that says why."""
+
+    ttc: float
+    """The least time-to-collision, s, in [0, inf]."""
+    status: Status
+    """What that time means."""
+    beam: int
+    """The beam that decided: the one of ``ttc``, else the first in contact, else -1."""
+    angle: float
+    """The direction of that beam in the sensor frame, rad. It is NaN without a beam, as is all that follows."""
+    range: float
+    """The reading of that beam, m."""
+    clearance: float
+    """What is left of the reading outside the outline, m."""
+    closing_speed: float
+    """The speed of the sensor along the beam, m/s."""
+    counts: Counts
+    """How often each case of a reading occurred."""
+
+
+class NearestBatch(Batch[Nearest]):
+    """The ``Nearest`` of each frame of a batch."""
+
+    def __init__(self, frames: Sequence[Nearest]) -> None:
+        super().__init__(Nearest, frames)
 
 
 class ScanTTC:
@@ -75,7 +109,7 @@ class ScanTTC:
         self._angle_increment = float(angle_increment)
         self._rules = checked_rules(range_min, range_max, limits, limits_policy, too_close)
         self._mount = checked_mount(mount)
-        self._cos, self._sin = directions(self._angles + self._mount.yaw)
+        self._cos, self._sin = _directions(self._angles + self._mount.yaw)
         # How much of each beam's range lies inside the vehicle, m. NaN: the beam is ignored.
         self._offset = np.zeros(self.beams)
         self._outline = None if outline is None else checked_outline(outline)
@@ -85,12 +119,12 @@ class ScanTTC:
             self._offset[checked_mask(mask, self.beams)] = np.nan
         self._min_closing_speed = non_negative("min_closing_speed", min_closing_speed)
         self._no_data = checked_no_data(no_data)
-        self._minimum = checked_minimum(minimum)
+        self._beam_vote = checked_beam_vote(minimum)
         checked_threads(threads)  # the answer does not depend on them
 
     @classmethod
     def from_message(cls, msg: Any, **settings: Any) -> ScanTTC:
-        """Make one from a sensor_msgs/LaserScan; ``settings`` override what the message says."""
+        """Make a scanner from a sensor_msgs/LaserScan; ``settings`` override what the message says."""
         names = ("angle_min", "angle_increment", "range_min", "range_max")
         for name in (*names, "ranges"):
             if not hasattr(msg, name):
@@ -100,21 +134,21 @@ class ScanTTC:
 
     @property
     def beams(self) -> int:
-        """Number of beams."""
+        """The number of beams."""
         return len(self._angles)
 
     @property
     def angles(self) -> NDArray[np.float64]:
-        """Direction of each beam in the sensor frame, rad, float64 of shape (beams,)."""
+        """The direction of each beam in the sensor frame, rad, float64 of shape (beams,)."""
         return self._angles.copy()
 
     def min(
         self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
     ) -> float | NDArray[np.float64]:
-        """Least time-to-collision of a scan, s; for a batch one each, float64 of shape (B,).
+        """Return the least time-to-collision of a scan, s; for a batch one each, float64 of shape (B,).
 
-        That of the beam in ``nearest``, computed in float64. Raises ``NoDataError`` when nothing valid was observed,
-        unless ``no_data`` says what that means.
+        It is that of the beam in ``nearest``, computed in float64. Raises ``NoDataError`` when nothing valid was
+        observed, unless ``no_data`` says what that means.
         """
         ranges = self._checked(ranges)
         scans = self._scans(ranges, speed, yaw_rate, lateral_speed)
@@ -122,7 +156,7 @@ class ScanTTC:
         return each[0] if ranges.ndim == 1 else np.array(each, np.float64)
 
     def nearest(self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0) -> Nearest | NearestBatch:
-        """Find the nearest beam in time, and everything that says why, for a scan or for each scan of a batch."""
+        """Return the nearest beam in time, and everything that says why, for a scan or for each scan of a batch."""
         ranges = self._checked(ranges)
         each = [self._nearest(*scan) for scan in self._scans(ranges, speed, yaw_rate, lateral_speed)]
         return each[0] if ranges.ndim == 1 else NearestBatch(each)
@@ -137,7 +171,7 @@ class ScanTTC:
         out: Floats | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> Floats:
-        """Time-to-collision of each beam, s, computed in the dtype of ``ranges``; infinite where a beam is invalid."""
+        """Return the time-to-collision of each beam, s, in the dtype of ``ranges``; infinite if it is invalid."""
         ranges = self._checked(ranges)
         scans = self._scans(ranges, speed, yaw_rate, lateral_speed)
         if status_out is not None:
@@ -151,28 +185,28 @@ class ScanTTC:
         return out
 
     def _nearest(self, ranges: Floats, motion: Motion) -> Nearest:
-        """One scan, in float64."""
+        """Return the nearest beam of one scan, computed in float64."""
         usable = self._rules.usable(ranges).astype(np.float64)
         closing = self._closing(motion)
         ttc = time_to_collision(usable - self._offset, closing, np.float64(self._min_closing_speed))
         return self._nearest_by(ttc, ranges, motion)
 
     def _closing(self, motion: Motion) -> NDArray[np.float64]:
-        """Speed of the sensor along each beam, m/s."""
+        """Return the speed of the sensor along each beam, m/s."""
         vx, vy = sensor_velocity(motion, self._mount)
         return vx * self._cos + vy * self._sin
 
     def _nearest_by(self, ttc: NDArray[np.float64], ranges: Floats, motion: Motion) -> Nearest:
-        """Say everything of a scan whose beams have these times."""
+        """Return the nearest beam of one scan whose beams have these times."""
         usable = self._rules.usable(ranges).astype(np.float64)
         clearance = usable - self._offset
         closing = self._closing(motion)
 
-        beam, too_few = decide(ttc, np.where(np.isnan(self._offset), np.nan, usable), self._minimum)
+        beam, confirmed = elect(ttc, np.where(np.isnan(self._offset), np.nan, usable), self._beam_vote)
         contacts = np.flatnonzero(clearance <= 0)
         if contacts.size > 0:
             status = Status.CONTACT
-        elif too_few:
+        elif not confirmed:
             status = Status.TOO_FEW
         elif beam is not None:
             status = Status.CLOSING
@@ -200,7 +234,7 @@ class ScanTTC:
         )
 
     def _each_beam(self, ranges: Floats, motion: Motion) -> tuple[Floats, NDArray[np.uint8]]:
-        """One scan, in the dtype of its ranges: time-to-collision and status of each beam."""
+        """Return the time-to-collision and the status of each beam of one scan, computed in the dtype of its ranges."""
         dtype = ranges.dtype
         cos, sin, offset = self._cos.astype(dtype), self._sin.astype(dtype), self._offset.astype(dtype)
         vx, vy = (rounded(component, dtype) for component in sensor_velocity(motion, self._mount))
@@ -210,7 +244,7 @@ class ScanTTC:
         return time_to_collision(clearance, closing, least), self._statuses(ranges, clearance, closing > least)
 
     def _statuses(self, ranges: Floats, clearance: Floats, closes: NDArray[np.bool_]) -> NDArray[np.uint8]:
-        """Status of each beam."""
+        """Return the status of each beam."""
         # The first that holds.
         cases = {
             Status.NO_DATA: np.isnan(self._offset),
@@ -229,7 +263,7 @@ class ScanTTC:
         return self._no_data
 
     def _scans(self, ranges: Floats, speed: Any, yaw_rate: Any, lateral_speed: Any) -> Iterator[tuple[Floats, Motion]]:
-        """Each scan with its motion."""
+        """Return each scan with its motion."""
         return zip(np.atleast_2d(ranges), motions(ranges, speed, yaw_rate, lateral_speed), strict=True)
 
     def _checked(self, ranges: Any) -> Floats:
@@ -237,3 +271,13 @@ class ScanTTC:
         if scans.shape[-1] != self.beams:
             raise ValueError(f"ranges must have one entry for each of the {self.beams} beams, got {scans.shape}")
         return scans
+
+
+def _directions(angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the cosine and the sine of each angle.
+
+    They are computed by ``math``, whose functions are the C library's as in the kernels. NumPy's own may differ from
+    them in the last bit, depending on version and processor.
+    """
+    each = angles.tolist()
+    return np.array([math.cos(angle) for angle in each]), np.array([math.sin(angle) for angle in each])

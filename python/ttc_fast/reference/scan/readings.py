@@ -1,4 +1,4 @@
-"""What a number in ``ranges`` means (REP 117, sensor_msgs/LaserScan)."""
+"""What a number in ``ranges`` means (REP 117, sensor_msgs/LaserScan), and how often each case occurs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast.reference.formula import rounded
-from ttc_fast.reference.results import Counts
+from ttc_fast.reference.hit import Counts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,7 +38,7 @@ class Rules:
     """Whether -inf is a hit at ``range_min``, instead of nothing."""
 
     def usable(self, ranges: Floats) -> Floats:
-        """Give the range to compute with, m; NaN where there is none."""
+        """Return the range to compute with, m; NaN where there is none."""
         near, far = rounded(self.near, ranges.dtype), rounded(self.far, ranges.dtype)
         usable = ranges.copy()
         usable[self._hit_too_close(ranges)] = rounded(self.range_min, ranges.dtype)
@@ -49,12 +49,12 @@ class Rules:
         return usable
 
     def observed(self, ranges: Floats) -> Bools:
-        """Whether the sensor saw anything at all: a reading it vouches for, or free space."""
+        """Whether the sensor saw anything at all: a reading within its range, or free space."""
         free_space: Bools = ranges == np.inf
         return self._in_range(ranges) | self._hit_too_close(ranges) | free_space
 
     def count(self, ranges: Floats, offset: NDArray[np.float64]) -> Counts:
-        """How often each case occurs in a scan; ``offset`` is NaN where a beam is ignored."""
+        """Count how often each case occurs in a scan; ``offset`` is NaN where a beam is ignored."""
         looked = ~np.isnan(offset)
         in_range = self._in_range(ranges)
         beyond = ranges > rounded(self.far, ranges.dtype)
@@ -75,7 +75,7 @@ class Rules:
         )
 
     def _in_range(self, ranges: Floats) -> Bools:
-        """Finite and within the sensor's range."""
+        """Whether each reading is finite and within the sensor's range."""
         range_min, range_max = rounded(self.range_min, ranges.dtype), rounded(self.range_max, ranges.dtype)
         return np.isfinite(ranges) & (range_min <= ranges) & (ranges <= range_max)
 

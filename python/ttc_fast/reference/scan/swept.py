@@ -1,0 +1,113 @@
+"""``ScanSweptPath``: which beam's point is hit first, by the swept path over the beams of a scanner."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ttc_fast.reference.arguments import duration, output
+from ttc_fast.reference.path import LONGEST, checked_path
+from ttc_fast.reference.path.sweep import Sweep
+from ttc_fast.reference.scan import Nearest, NearestBatch, ScanTTC
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ttc_fast.reference.vehicle import Motion
+
+    Floats = NDArray[np.floating[Any]]
+
+
+class ScanSweptPath:
+    """Time until what a laser scanner sees enters the vehicle's outline, if it goes on moving as it does.
+
+    Parameters, results and errors are those of ``ttc_fast.ScanSweptPath``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ttc_fast import reference
+    >>> scan = reference.ScanTTC(-1.5, 0.5, 7, outline=(-0.1, 0.4, -0.15, 0.15))
+    >>> path = reference.ScanSweptPath(scan)
+    >>> ranges = np.array([1.0, 1.0, 1.0, 5.4, 1.0, 1.0, 1.0])    # something ahead, things at the sides
+    >>> path.min(ranges, 5.0)
+    1.0
+    >>> round(scan.min(ranges, 5.0), 2)
+    0.16
+    """
+
+    def __init__(self, scan: ScanTTC, *, horizon: float = 5.0) -> None:
+        self._scan, self._horizon = scan, duration("horizon", horizon, LONGEST)
+        if scan._outline is None:
+            raise ValueError("scan must have an outline, which is what sweeps")
+        self._outline = checked_path(scan._outline)
+
+    @property
+    def scan(self) -> ScanTTC:
+        """The scanner it was made of."""
+        return self._scan
+
+    @property
+    def horizon(self) -> float:
+        """How far ahead it looks, s."""
+        return self._horizon
+
+    def min(
+        self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
+    ) -> float | NDArray[np.float64]:
+        """Return the least time until a beam's point enters the outline, s; for a batch one each, of shape (B,)."""
+        ranges = self._scan._checked(ranges)
+        scans = self._scan._scans(ranges, speed, yaw_rate, lateral_speed)
+        each = [self._scan._one_number(self._nearest(*scan), index) for index, scan in enumerate(scans)]
+        return each[0] if ranges.ndim == 1 else np.array(each, np.float64)
+
+    def nearest(self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0) -> Nearest | NearestBatch:
+        """Return the beam whose point is hit first, and everything that says why, for each scan."""
+        ranges = self._scan._checked(ranges)
+        each = [self._nearest(*scan) for scan in self._scan._scans(ranges, speed, yaw_rate, lateral_speed)]
+        return each[0] if ranges.ndim == 1 else NearestBatch(each)
+
+    def per_beam(
+        self,
+        ranges: Any,
+        speed: Any,
+        yaw_rate: Any = 0.0,
+        lateral_speed: Any = 0.0,
+        *,
+        out: Floats | None = None,
+        status_out: NDArray[np.uint8] | None = None,
+    ) -> Floats:
+        """Return the time until each beam's point enters the outline, s, in the dtype of ``ranges``; else infinite."""
+        ranges = self._scan._checked(ranges)
+        scans = list(self._scan._scans(ranges, speed, yaw_rate, lateral_speed))
+        for _, motion in scans:  # refused before anything is written
+            self._scan._closing(motion)
+            Sweep(self._outline, self._horizon, motion)
+        if status_out is not None:
+            output("status_out", status_out, ranges, np.uint8)
+        out = np.empty_like(ranges, subok=False) if out is None else output("out", out, ranges, ranges.dtype)
+        for index, (scan, motion) in enumerate(scans):
+            ttc = self._every(scan, motion)
+            status = self._scan._statuses(scan, self._usable(scan) - self._scan._offset, ttc < np.inf)
+            np.atleast_2d(out)[index] = ttc
+            if status_out is not None:
+                np.atleast_2d(status_out)[index] = status
+        return out
+
+    def _usable(self, ranges: Floats) -> NDArray[np.float64]:
+        """Return the range of each beam to compute with, m; NaN where there is none."""
+        usable = self._scan._rules.usable(ranges).astype(np.float64)
+        return np.where(np.isnan(self._scan._offset), np.nan, usable)
+
+    def _every(self, ranges: Floats, motion: Motion) -> NDArray[np.float64]:
+        """Return the time of each beam of a scan."""
+        scan, usable = self._scan, self._usable(ranges)
+        x, y = scan._mount.x + usable * scan._cos, scan._mount.y + usable * scan._sin
+        sweep = Sweep(self._outline, self._horizon, motion)
+        # Where the sensor is outside the outline, a reading of 0 touches the sensor, which may be anywhere.
+        touches = (scan._offset > 0) & (usable - scan._offset <= 0)
+        return sweep.ttc(x, y, touches | sweep.is_inside(x, y))
+
+    def _nearest(self, ranges: Floats, motion: Motion) -> Nearest:
+        return self._scan._nearest_by(self._every(ranges, motion), ranges, motion)
