@@ -32,12 +32,7 @@ def least(ranges: Any, speed: Any, cosines: Any, offsets: Any) -> Any:
 
 @numba.njit(error_model="numpy")
 def least_turning(ranges: Any, vx: Any, vy: Any, cosines: Any, sines: Any, offsets: Any) -> Any:
-    best = np.inf
-    for i in range(ranges.shape[0]):
-        closing = vx * cosines[i] + vy * sines[i]
-        if closing > MIN_CLOSING_SPEED and ranges[i] >= RANGE_MIN and ranges[i] <= RANGE_MAX:
-            best = min(best, max(ranges[i] - offsets[i], 0.0) / closing)
-    return best
+    return nearest_turning(ranges, vx, vy, cosines, sines, offsets)[0]
 
 
 @numba.njit(error_model="numpy")

@@ -9,7 +9,7 @@ import numpy as np
 
 import ttc_fast
 from benches import by_numpy
-from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation, within
+from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation
 from ttc_fast import Consensus, LeastSquares, MedianRatio, reference
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def _case(estimator: Any, count: int, *goals: Goal, dtype: str = "float32", kind
     }
     if estimator == MedianRatio() and kind == "noisy":
         every["NumPy"] = partial(made, "median_ratio(*matches, least)", by_numpy)
-        if by_numpy.HAS_SCIPY:
+        if by_numpy.distance is not None:
             every["SciPy"] = partial(made, "median_ratio_by_scipy(*matches, least)", by_numpy)
         if count >= 2000:
             every[TWO_THREADS] = partial(made, library.replace("r)", "r, threads=2)"), ttc_fast)
@@ -117,7 +117,7 @@ CASES = [
     *_medians.values(),
     *(_case(MedianRatio(), 200, kind=kind) for kind in KINDS if kind != "noisy"),
     *(
-        _case(MedianRatio(), 3000, within(_medians[3000], 10, "noisy", ALIKE), kind=kind)
+        _case(MedianRatio(), 3000, Goal(10, other=_medians[3000], label="noisy", why=ALIKE), kind=kind)
         for kind in KINDS
         if kind != "noisy"
     ),

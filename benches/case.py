@@ -81,11 +81,6 @@ class Goal:
         return ratio <= self.limit if self.other else ratio >= self.limit
 
 
-def within(other: Case, limit: float, label: str, why: str = "") -> Goal:
-    """Make the goal that our time is at most ``limit`` times our time at another case."""
-    return Goal(limit, other=other, label=label, why=why)
-
-
 @dataclass(frozen=True, eq=False)
 class Case:
     """A call over inputs of one kind. It is light: inputs and implementations are made when they are asked for."""

@@ -14,37 +14,20 @@ class Domain(NamedTuple):
     """Cases that stand in one table."""
 
     title: str
-    legend: str
     cases: list[Case]
+    legend: str
 
 
-DOMAINS = (
-    Domain(
-        "Scans",
-        "NumPy and numba have tables made once. numba: the loop of the F1TENTH gym's collision check, giving the least "
-        "time and, for nearest, its beam.",
-        scans.CASES,
-    ),
-    Domain(
-        "Range rates",
-        "One scan after the other, each with its stamp, a room seen by a car that stands.",
-        scans.RATE_CASES,
-    ),
-    Domain("Clouds", f"Clouds: {street.SOURCE}. C++: one pass, then nth_element.", clouds.CASES),
-    Domain("Followed bodies", "Each is a drive of 20 frames, followed by a new tracker or only gated.", clouds.TRACKED),
-    Domain(
-        "Swept paths",
-        "The scans above, as points or as they are. NumPy: arc tangents of all points, without their checks.",
-        paths.CASES,
-    ),
-    Domain(
-        "Trackers",
-        "Each is a tracker made and fed a hundred distances. NumPy: polyfit over the window, and no more.",
-        tracks.CASES,
-    ),
-    Domain("Camera", f"Matches: {camera.SOURCE}.", camera.CASES),
-    Domain("Decisions", "The default controller beside ScanSweptPath.nearest on the same scans.", brake.CASES),
-)
+DOMAINS = [
+    Domain("Scans", scans.CASES, "NumPy and numba have tables made once. numba: the loop of the F1TENTH gym's check."),
+    Domain("Range rates", scans.RATE_CASES, "One scan of a room after the other, with its stamp; the car stands."),
+    Domain("Clouds", clouds.CASES, f"Clouds: {street.SOURCE}. C++: one pass, then nth_element."),
+    Domain("Followed bodies", clouds.TRACKED, "A drive of 20 frames, followed by a new tracker or only gated."),
+    Domain("Swept paths", paths.CASES, "The scans above. NumPy: arc tangents of all points, without their checks."),
+    Domain("Trackers", tracks.CASES, "A tracker made and fed a hundred distances. NumPy: polyfit over the window."),
+    Domain("Camera", camera.CASES, f"Matches: {camera.SOURCE}."),
+    Domain("Decisions", brake.CASES, "The default controller beside ScanSweptPath.nearest on the same scans."),
+]
 CASES = [case for domain in DOMAINS for case in domain.cases]
 BY_NAME = {str(case): case for case in CASES}
 assert len(BY_NAME) == len(CASES), "two cases have the same name"

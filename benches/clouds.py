@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ttc_fast
-from benches import by_numpy, by_others, native, street
-from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation, close_to_reference, within
+from benches import by_numpy, native, street
+from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation, close_to_reference
 from benches.scans import THREADS
 from evaluation import lidar, recorded
 from ttc_fast import Gate, reference
@@ -135,13 +135,13 @@ def _others(estimator: Any) -> dict[str, Callable[[], Implementation]]:
     """Return what SciPy and Open3D make of a whole frame, where they are installed."""
 
     def clusters(library: str) -> Callable[[], Implementation]:
-        return lambda: Implementation(f"{library}_cluster(points, 0.2, 10)", vars(by_others), "points")
+        return lambda: Implementation(f"{library}_cluster(points, 0.2, 10)", vars(by_numpy), "points")
 
     def open3d_minimum() -> Implementation:
-        names = {**vars(by_others), "box": by_others.open3d_box()}
-        return Implementation("open3d_minimum(points, box)", names, "points", by_others.open3d_cloud, _is_inside)
+        names = {**vars(by_numpy), "box": by_numpy.open3d_box()}
+        return Implementation("open3d_minimum(points, box)", names, "points", by_numpy.open3d_cloud, _is_inside)
 
-    scipy, open3d = by_others.spatial is not None, by_others.open3d is not None
+    scipy, open3d = by_numpy.spatial is not None, by_numpy.open3d is not None
     if estimator == KTH and open3d:
         return {OPEN3D_MINIMUM: open3d_minimum}
     if estimator != CLUSTER:
@@ -178,11 +178,11 @@ CASES = [
         Clouds(street.FRAME, step=step).case(Goal(8, "NumPy", why=BETWEEN_FIELDS), Goal(1, COPYING))
         for step in street.STEPS
     ),
-    Clouds(street.FRAME, dtype="float64").case(within(FRAME, 2.2, "float32", TWICE_THE_BYTES)),
+    Clouds(street.FRAME, dtype="float64").case(Goal(2.2, other=FRAME, label="float32", why=TWICE_THE_BYTES)),
     _random,
     *(
         Clouds(1_000_000, order=order).case(
-            within(_random, 2, "random order"), why=ALL_EQUAL if order == "all equal" else GATE_PASS
+            Goal(2, other=_random, label="random order"), why=ALL_EQUAL if order == "all equal" else GATE_PASS
         )
         for order in street.ORDERS
         if order not in ("as recorded", "random order")
@@ -230,7 +230,7 @@ def _gated(module: ModuleType, frames: Sequence[Any], gate: Gate) -> float:
 _gate_passes = {kind: _over_a_drive(kind, "robust_min_x", _gated) for kind in ("recorded", "simulated")}
 TRACKED = [
     *(
-        _over_a_drive(kind, "CloudTracker.update", _followed, within(gated, 3, "the gate pass alone"))
+        _over_a_drive(kind, "CloudTracker.update", _followed, Goal(3, other=gated, label="the gate pass alone"))
         for kind, gated in _gate_passes.items()
     ),
     *_gate_passes.values(),

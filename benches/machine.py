@@ -1,4 +1,4 @@
-"""What was measured on, without saying whose it is."""
+"""The machine that times were taken on, without saying whose it is."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import ttc_fast
 
 
 def describe() -> dict[str, str]:
-    """Processor and versions; no host name and no path."""
+    """Return processor and versions; no host name and no path."""
     return {
         "processor": _processor(),
         "caches": ", ".join(f"{name} {size >> 10} KiB" for name, size in caches().items()) or "unknown",
@@ -25,7 +25,7 @@ def describe() -> dict[str, str]:
 
 
 def caches() -> dict[str, int]:
-    """Sizes of the data caches that one core sees, bytes; empty where the system does not tell."""
+    """Return the sizes of the data caches that one core sees, bytes; empty where the system does not tell."""
     found = {}
     for index in sorted(Path("/sys/devices/system/cpu/cpu0/cache").glob("index*")):
         level, kind, size = ((index / name).read_text(encoding="ascii").strip() for name in ("level", "type", "size"))
@@ -35,17 +35,15 @@ def caches() -> dict[str, int]:
 
 
 def _processor() -> str:
-    """Its model name where the system tells, and how many there are."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
+    """Return its model name where the system tells, and the number of cores."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     model = models[0] if models else platform.processor() or platform.machine()
     return f"{model}, {platform.machine()}, {os.cpu_count()} cores"
 
 
 def sentence() -> str:
-    """The same, to be read."""
+    """Return the description as a sentence."""
     described = ", ".join(f"{name} {value}" for name, value in describe().items())
     return f"Measured on: {described}; load {os.getloadavg()[2]:.1f} in the last 15 minutes."

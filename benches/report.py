@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rich.progress import track
 
-from benches import latency, machine
+from benches import machine, single
 from benches.case import OURS
 from benches.cases import DOMAINS
 from benches.timing import interleaved
@@ -34,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         if cases := [case for case in domain.cases if arguments.only in str(case)]:
             reports.append(side_by_side(domain.title, LEGEND + domain.legend, cases, arguments.rounds))
     if arguments.latency:
-        reports.append(latency.report(arguments.latency))
+        reports.append(single.latency(arguments.latency))
     terminal = console()
     for report in reports:
         terminal.print(report.rich())

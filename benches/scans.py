@@ -15,7 +15,7 @@ import numpy as np
 
 import ttc_fast
 from benches import by_numba, by_numpy, car, native
-from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation, within
+from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation
 from ttc_fast import reference
 
 if TYPE_CHECKING:
@@ -202,7 +202,7 @@ MINIMUM = {
 }
 _turning = {scene: Scans(MIN_TURNING, 1080, scene=scene).case() for scene in car.SCENES}
 _nearest_turning = {
-    scene: Scans(NEAREST_TURNING, 1080, scene=scene).case(within(other, 4, "min, same scans"))
+    scene: Scans(NEAREST_TURNING, 1080, scene=scene).case(Goal(4, other=other, label="min, same scans"))
     for scene, other in _turning.items()
 }
 _per_beam = {
@@ -221,9 +221,9 @@ CASES = [
     *(Scans(EVERY, beams).case() for beams in (271, 4096)),
     *(Scans(ITTC, beams).case() for beams in (271, 1080, 4096, 65_536)),
     *(*_turning.values(), *_nearest_turning.values(), Scans(MIN_TURNING, 65_536).case()),
-    Scans(MIN, 1080, "float64").case(within(MINIMUM[1080], 2.2, "float32"), why=SHORT_SCAN),
-    Scans(MIN, 65_536, "float64").case(within(MINIMUM[65_536], 2.2, "float32"), why=LONG_SCAN),
-    Scans(EVERY, 65_536, "float64").case(within(_per_beam[65_536], 2.2, "float32"), why=PER_BEAM),
+    Scans(MIN, 1080, "float64").case(Goal(2.2, other=MINIMUM[1080], label="float32"), why=SHORT_SCAN),
+    Scans(MIN, 65_536, "float64").case(Goal(2.2, other=MINIMUM[65_536], label="float32"), why=LONG_SCAN),
+    Scans(EVERY, 65_536, "float64").case(Goal(2.2, other=_per_beam[65_536], label="float32"), why=PER_BEAM),
     *(Scans(question, 1080, "float64").case() for question in (NEAREST, EVERY, ITTC)),
     Scans(BATCHES[0], 1080, rows=1024).case(*_batch, why=BATCH, by_level=True),
     *(Scans(question, 1080, rows=1024).case() for question in BATCHES[1:]),

@@ -22,13 +22,8 @@ X, Y, Z, INTENSITY = (2.0, 20.0), (-2.0, 2.0), (-1.5, -0.9), (0.1, 1.0)
 FRAME = 114_000
 """Points of a whole frame."""
 FRAMES = 3
-STEPS = {
-    16: {"x": 0, "y": 4, "z": 8, "intensity": 12},
-    22: {"x": 0, "y": 4, "z": 8, "intensity": 12},
-    32: {"x": 0, "y": 4, "z": 8, "intensity": 16},
-    48: {"x": 0, "y": 4, "z": 8, "intensity": 16},
-}
-"""Bytes from record to record, as drivers choose them, and where the fields are in each."""
+STEPS = {16: 12, 22: 12, 32: 16, 48: 16}
+"""Bytes from record to record, as drivers choose them, and where the intensity is in each."""
 
 _FOLDER = DATA / "kitti" / "velodyne"
 SOURCE = "recorded KITTI frames" if _FOLDER.is_dir() else "our own frames of the same size: no recordings here"
@@ -114,7 +109,7 @@ ORDERS: dict[str, Callable[[Cloud], Cloud]] = {
 
 def records(cloud: Cloud, step: int) -> Cloud:
     """The same points as records of ``step`` bytes."""
-    names, offsets = list(STEPS[step]), list(STEPS[step].values())
+    names, offsets = ["x", "y", "z", "intensity"], [0, 4, 8, STEPS[step]]
     dtype = np.dtype({"names": names, "formats": ["f4"] * 4, "offsets": offsets, "itemsize": step})
     out: Any = np.zeros(len(cloud), dtype)
     for column, name in enumerate(names):

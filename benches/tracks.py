@@ -9,7 +9,7 @@ import numpy as np
 
 import ttc_fast
 from benches import by_numpy
-from benches.case import OURS, Case, Goal, Implementation, close_to_reference, within
+from benches.case import OURS, Case, Goal, Implementation, close_to_reference
 from benches.scans import MINIMUM
 from ttc_fast import reference
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 FRAMES = 100
 NOISE = 0.02
 # A hundred updates may take as long as three hundred scans of 1080 beams.
-AS_MANY_SCANS = within(MINIMUM[1080], 300, "ScanTTC.min, 1080 beams")
+AS_MANY_SCANS = Goal(300, other=MINIMUM[1080], label="ScanTTC.min, 1080 beams")
 
 
 @lru_cache

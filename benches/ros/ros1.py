@@ -1,4 +1,4 @@
-"""Over ROS 1: rosmaster, the node and the sensor are a process each, and their connections TCP over loopback."""
+"""Round trips over ROS 1: rosmaster, node and sensor are a process each, connected by TCP over loopback."""
 
 from __future__ import annotations
 
@@ -20,15 +20,12 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 
-from benches.ros.drive import FAR, NEAR, PATIENCE, SPEED, quantiles, resident
+from benches.ros.drive import FAR, NEAR, PATIENCE, SPEED, WARMING_UP, round_trips, show, soak
 from benches.ros.ros1_node import SETTINGS, TimedNode
-from evaluation.report import Report, console
 from ttc_fast.ros.settings import NodeSettings
 
 if TYPE_CHECKING:
     import argparse
-
-WARMING_UP = 200
 
 
 class Sensor:
@@ -61,19 +58,17 @@ class Sensor:
         """Publish the speed."""
         self._odometry.publish(_odometry())
 
-    def ask(self, distance: float) -> float:
-        """Publish a scan and wait for the right answer; return how long it took, s."""
+    def ask(self, distance: float, patience: float = PATIENCE) -> float:
+        """Publish a scan and wait for the right answer."""
         scan = _scan(distance, self._beams)
         self._answered.clear()
         began = time.perf_counter()
         self._scans.publish(scan)
-        end = began + PATIENCE
-        while True:
-            if not self._answered.wait(max(end - time.perf_counter(), 0.0)):
-                raise RuntimeError(f"no right answer to a scan of {distance} m")
+        while self._answered.wait(max(began + patience - time.perf_counter(), 0.0)):
             if self._answer is (distance == NEAR):
                 return time.perf_counter() - began
             self._answered.clear()  # what the watchdog said meanwhile, of the scan before
+        return float("nan")
 
 
 def measure(arguments: argparse.Namespace) -> None:
@@ -89,7 +84,10 @@ def measure(arguments: argparse.Namespace) -> None:
         try:
             sensor = Sensor(arguments.beams)
             sensor.meet()
-            (_soak if arguments.soak else _round_trips)(sensor, node, arguments)
+            if arguments.soak:
+                soak(sensor, node.pid, arguments.soak)
+            else:
+                _show(sensor, node, arguments)
         finally:
             node.kill()
             node.wait()
@@ -98,24 +96,16 @@ def measure(arguments: argparse.Namespace) -> None:
             master.wait()
 
 
-def _round_trips(sensor: Sensor, node: subprocess.Popen[str], arguments: argparse.Namespace) -> None:
-    trips = []
-    for count in range(arguments.scans):
-        sensor.drive()
-        time.sleep(1.0 / arguments.rate if arguments.rate else 0.0)
-        trips.append(sensor.ask(NEAR if count % 2 else FAR) * 1e6)
+def _show(sensor: Sensor, node: subprocess.Popen[str], arguments: argparse.Namespace) -> None:
+    trips = round_trips(sensor, arguments)
     node.terminate()
     own = json.loads(node.communicate(timeout=30)[0])[-arguments.scans :]
-    row = ("node", *quantiles(trips), *quantiles(own))
-    loop = ("node in a loop", "", "", "", *quantiles(_in_a_loop(arguments)))
+    rows = {"node": {"round trip": trips, "own": own}, "node in a loop": {"own": _in_a_loop(arguments)}}
     legend = (
-        f"us, {arguments.scans} scans of {arguments.beams} beams, {arguments.rate:g} a second. The round trip is from "
-        "before a scan is published to the right answer read, over loopback between two processes. The own share is "
-        "from the bytes of a scan to its answers in the queue to be sent: reading by genpy, deciding, packing. In a "
-        "loop is the same with nobody to wait for and nobody to send to."
+        "The own share is from the bytes of a scan to its answers in the queue to be sent: reading by genpy, deciding, "
+        "packing. In a loop is the same with nobody to wait for and nobody to send to."
     )
-    header = ("", *(f"{what} {name}" for what in ("round trip", "own") for name in ("least", "p50", "p99")))
-    console().print(Report("Round trips over ROS 1", legend, header, [row, loop]).rich())
+    show("ROS 1", legend, rows, arguments)
 
 
 def _in_a_loop(arguments: argparse.Namespace) -> list[float]:
@@ -151,20 +141,3 @@ def _odometry() -> Odometry:
     odometry.header.stamp = rospy.get_rostime()
     odometry.twist.twist.linear.x = SPEED
     return odometry
-
-
-def _soak(sensor: Sensor, node: subprocess.Popen[str], arguments: argparse.Namespace) -> None:
-    """Send scans as fast as they are answered; each answer is checked, so none can be lost unseen."""
-    memory = []
-    for count in range(arguments.soak):
-        if count % 10 == 0:
-            sensor.drive()
-        sensor.ask(NEAR if count % 2 else FAR)
-        if count % max(arguments.soak // 10, 1) == 0:
-            memory.append(resident(node.pid))
-    memory.append(resident(node.pid))
-    rows = [(f"{share * 10} %", f"{each:.2f}") for share, each in enumerate(memory)]
-    legend = (
-        f"{arguments.soak} scans of {arguments.beams} beams, all answered rightly. Resident memory of the node, MB."
-    )
-    console().print(Report("Soak over ROS 1", legend, ("after", "memory"), rows).rich())
