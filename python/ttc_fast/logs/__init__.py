@@ -20,6 +20,7 @@ from ttc_fast.logs.log import (
     Scanner,
     files_in,
     forward_left_up,
+    unpacked_name,
 )
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.npz import open_archive
@@ -135,6 +136,9 @@ def _open_file(path: Path, options: LogOptions) -> AnyLog:
             return CloudFiles(path, form, options)
     opener = next((opener for suffixes, opener in FILES.items() if name.endswith(suffixes)), None)
     if opener is None:
+        unpacked = unpacked_name(name)
+        if unpacked.endswith(SUFFIXES) or any(form.has(Path(unpacked)) for form in CLOUDS):
+            raise LogError(path, f"is compressed; unpack it first, to {unpacked_name(path.name)}")
         raise LogError(path, f"no reader for this kind of file; can read {FORMATS}")
     return opener(path, options)
 

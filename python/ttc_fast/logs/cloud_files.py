@@ -5,17 +5,17 @@ from __future__ import annotations
 import gzip
 import zlib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.log import CloudFrame, LogError, ReadErrors, files_in
+from ttc_fast.logs.log import CloudFrame, LogError, ReadErrors, files_in, unpacked_name
 from ttc_fast.logs.options import LIDAR
 from ttc_fast.logs.stamps import LISTS, Series, read_stamps, series_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -54,6 +54,10 @@ class CloudFormat:
     def has(self, path: Path) -> bool:
         """Whether the name is that of a frame."""
         return path.name.lower().endswith(self.suffixes)
+
+    def has_packed(self, path: Path) -> bool:
+        """Whether the name is that of a compressed frame."""
+        return self.has(Path(unpacked_name(path.name)))
 
     def stem(self, path: Path) -> str:
         """Return the name of a frame without its ending."""
@@ -137,6 +141,12 @@ class CloudFiles:
                 raise LogError(
                     path, f"holds {other.name} and {frame.name}, the same frame twice; take one of them away"
                 )
+        packed = [file.name for file in files_in(path) if form.has_packed(file) and not form.has(file)]
+        packed = [name for name in packed if form.stem(Path(unpacked_name(name))) not in stems]
+        if packed:
+            self._errors.add(
+                f"{len(packed)} frames are compressed and were not read: unpack {packed[0]} and the others"
+            )
         found = series_of(frames, form.stem)
         has = ", ".join(f"{series.name or UNNAMED} ({len(series.frames)} frames)" for series in found[:9])
         if topic is not None:

@@ -1,7 +1,10 @@
 """ROS 2 bags of rosbag2: SQLite databases (.db3), and the folders that a recording's .db3 or .mcap files lie in.
 
-A database is read row by row in the order of recording. The files of a folder are read one after another.
-``metadata.yaml`` is not needed: the files say the same, and a recorder that crashed leaves none.
+A database is read row by row in the order of recording. A recorder that was killed leaves its last messages in a
+write-ahead log beside it (``.db3-wal``), which SQLite reads with it.
+
+The files of a folder are read one after another. ``metadata.yaml`` is not needed: the files say the same, and a
+recorder that crashed leaves none. Where it is there, it tells of files that are missing.
 """
 
 from __future__ import annotations
@@ -12,8 +15,9 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 from ttc_fast.logs.container import Topic, plain_type
-from ttc_fast.logs.log import LogError, files_in, need
+from ttc_fast.logs.log import LogError, files_in, need, unpacked_name
 from ttc_fast.logs.mcap import McapFile
+from ttc_fast.logs.stamps import natural
 from ttc_fast.ros_messages import CDR
 
 if TYPE_CHECKING:
@@ -24,7 +28,7 @@ if TYPE_CHECKING:
     from ttc_fast.logs.log import ReadErrors
 
 SUFFIXES = (".db3", ".mcap")
-PACKED = tuple(f"{suffix}.zstd" for suffix in SUFFIXES)
+WAL_MAGIC = (b"\x37\x7f\x06\x82", b"\x37\x7f\x06\x83")
 ZSTD = b"\x28\xb5\x2f\xfd"
 """The first bytes of a message that the recorder compressed by itself; CDR never begins so."""
 # What SQLite raises over a damaged file, such as one whose text is not UTF-8.
@@ -51,6 +55,9 @@ class Database:
             with closing(self._open()) as database:
                 rows = list(database.execute("SELECT id, name, type, serialization_format FROM topics"))
         except DAMAGED as error:
+            if self._has("-wal"):
+                problem = f"cannot be read together with {path.name}-wal beside it, which has its last messages"
+                raise LogError(path, f"{problem}; copy both to a folder that can be written to") from error
             raise LogError(path, f"is no rosbag2 database, or is damaged: {error}") from error
         if not all(isinstance(number, int) and isinstance(name, str) for number, name, *_ in rows):
             raise LogError(path, "is a damaged rosbag2 database: its topics have no names")
@@ -60,6 +67,7 @@ class Database:
     def messages(self, names: Collection[str], errors: ReadErrors) -> Iterator[Message]:
         """Read the messages of these topics, and note what is damaged."""
         wanted = {number: name for number, name in self._names.items() if name in names}
+        self._check_beside(errors)
         marks = ",".join("?" * len(wanted))
         # By id, which is the order of recording: needs no sorting, and no index that may be damaged.
         query = f"SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks}) ORDER BY id"
@@ -79,7 +87,23 @@ class Database:
 
     def _open(self) -> sqlite3.Connection:
         # Immutable: no lock and no journal is looked for, so that logs in read-only places can be read.
-        return sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+        how = "" if self._has("-wal") else "&immutable=1"
+        return sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=ro{how}", uri=True)
+
+    def _has(self, ending: str) -> bool:
+        """Whether a file with something in it lies beside the database."""
+        beside = self.path.with_name(self.path.name + ending)
+        return beside.is_file() and beside.stat().st_size > 0
+
+    def _check_beside(self, errors: ReadErrors) -> None:
+        """Note what a recorder that was killed left beside the database and SQLite cannot read."""
+        name = self.path.name
+        if self._has("-wal"):
+            with self.path.with_name(f"{name}-wal").open("rb") as file:
+                if file.read(4) not in WAL_MAGIC:
+                    errors.add(f"{name}-wal beside it is damaged: the messages in it are lost")
+        if self._has("-journal"):
+            errors.add(f"{name}-journal beside it says that the recorder was killed: the last messages may be missing")
 
 
 def _unpacked(data: bytes, row: int, errors: ReadErrors) -> bytes:
@@ -103,22 +127,34 @@ class BagFolder:
     Raises
     ------
     LogError
-        If a file cannot be opened, or all are compressed.
+        If a file cannot be opened, or one is compressed.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        files = [file for file in files_in(path) if file.name.lower().endswith(SUFFIXES)]
+        present = [file.name for file in files_in(path)]
+        files = sorted((name for name in present if _is_part(name)), key=natural)
+        packed = [name for name in present if _is_packed_part(name) and unpacked_name(name) not in files]
+        if packed:
+            names = " ".join(sorted(packed, key=natural)[:9])
+            raise LogError(path, f"cannot be read as a folder of rosbag2; unpack its files first: zstd -d {names}")
         if not files:
-            packed = next((file.name for file in files_in(path) if file.name.lower().endswith(PACKED)), None)
-            how = f"unpack its files first: zstd -d {packed}" if packed else f"it has no {' or '.join(SUFFIXES)} file"
-            raise LogError(path, f"cannot be read as a folder of rosbag2; {how}")
-        files.sort(key=_in_order)
-        self._parts: list[Container] = [_open(file) for file in files]
+            raise LogError(path, f"cannot be read as a folder of rosbag2; it has no {' or '.join(SUFFIXES)} file")
+        stems: dict[str, str] = {}
+        for name in files:
+            other = stems.setdefault(name.rpartition(".")[0], name)
+            if other != name:
+                raise LogError(path, f"holds {other} and {name}, the same messages twice; take one of them away")
+        listed = _listed(path)
+        renamed = len(listed) <= len(files)
+        self._missing = [] if renamed else [name for name in listed if unpacked_name(name) not in files]
+        self._parts: list[Container] = [_open(path / name) for name in files]
         self.topics = self._all_topics()
 
     def messages(self, names: Collection[str], errors: ReadErrors) -> Iterator[Message]:
-        """Read the messages of these topics, and note what is damaged."""
+        """Read the messages of these topics, and note what is damaged or missing."""
+        for missing in self._missing:
+            errors.add(f"{missing} is missing, which metadata.yaml lists")
         for part in self._parts:
             errors.part = part.path.name
             yield from part.messages(names, errors)
@@ -133,13 +169,27 @@ class BagFolder:
 
 def is_bag_folder(path: Path) -> bool:
     """Whether a folder looks like one of rosbag2."""
-    return any(file.name.lower().endswith((*SUFFIXES, *PACKED)) for file in files_in(path))
+    return any(_is_part(file.name) or _is_packed_part(file.name) for file in files_in(path))
+
+
+def _is_part(name: str) -> bool:
+    return name.lower().endswith(SUFFIXES)
+
+
+def _is_packed_part(name: str) -> bool:
+    return unpacked_name(name) != name and _is_part(unpacked_name(name))
+
+
+def _listed(folder: Path) -> list[str]:
+    """Return the files that metadata.yaml lists, if it is there and can be read."""
+    try:
+        text = (folder / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    listed = re.search(r"^ *relative_file_paths: *\n((?: *- .*\n?)*)", text, re.MULTILINE)
+    lines = listed[1].splitlines() if listed else []
+    return [line.partition("- ")[2].strip().strip("'\"").rpartition("/")[2] for line in lines]
 
 
 def _open(file: Path) -> Container:
     return Database(file) if file.suffix.lower() == ".db3" else McapFile(file)
-
-
-def _in_order(file: Path) -> list[tuple[int, str]]:
-    """Sort by the numbers in the name, so that part 10 comes after part 9."""
-    return [(int(digits or -1), text) for text, digits in re.findall(r"(\D*)(\d*)", file.name)]
