@@ -1,6 +1,9 @@
 //! The camera kernel at every instruction-set level, each answer checked against a naive loop before it is timed.
 
+mod inputs;
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use inputs::Random;
 use std::hint::black_box;
 use ttc_fast_core::camera::{Estimator, KeypointTtc, Keypoints, ttc_from_keypoints};
 use ttc_fast_core::column::Column;
@@ -14,15 +17,11 @@ const MIN_DISTANCE: f64 = 100.0;
 
 /// A car that grows by a hundredth, with a pixel of noise; rounded to pixels if `grid`. The same in every run.
 fn car(count: usize, grid: bool) -> Matches {
-    let mut state = 2026_u64;
-    let mut random = |low: f32, high: f32| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * (state >> 40) as f32 / (1_u32 << 24) as f32
-    };
+    let mut random = Random(2026);
     let mut columns = Matches::default();
     for _ in 0..count {
-        let (x, y) = (random(550.0, 700.0), random(180.0, 330.0));
-        let numbers = [x, y, 1.01 * x + random(-0.5, 0.5), 1.01 * y + random(-0.5, 0.5)];
+        let (x, y) = (random.between(550.0, 700.0), random.between(180.0, 330.0));
+        let numbers = [x, y, 1.01 * x + random.between(-0.5, 0.5), 1.01 * y + random.between(-0.5, 0.5)];
         for (column, number) in columns.iter_mut().zip(numbers) {
             column.push(if grid { number.round() } else { number });
         }

@@ -1,6 +1,9 @@
 //! The cloud kernel at every instruction-set level, each answer checked against a naive loop before it is timed.
 
+mod inputs;
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use inputs::Random;
 use std::hint::black_box;
 use ttc_fast_core::cloud::{Estimator, Gate, MinX, robust_min_x};
 use ttc_fast_core::column::{Column, Table};
@@ -20,12 +23,17 @@ fn gate() -> Gate {
 
 /// Things all around, a few of a thousand of them inside the gate. The same in every run.
 fn street(points: usize) -> Vec<Row> {
-    let mut state = 2026_u64;
-    let mut random = |low: f32, high: f32| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * (state >> 40) as f32 / (1_u32 << 24) as f32
-    };
-    (0..points).map(|_| [random(-60.0, 60.0), random(-30.0, 30.0), random(-2.0, 3.0), random(0.0, 1.0)]).collect()
+    let mut random = Random(2026);
+    (0..points)
+        .map(|_| {
+            [
+                random.between(-60.0, 60.0),
+                random.between(-30.0, 30.0),
+                random.between(-2.0, 3.0),
+                random.between(0.0, 1.0),
+            ]
+        })
+        .collect()
 }
 
 fn points(rows: &[Row]) -> Points<'_, f32> {

@@ -1,43 +1,35 @@
 //! The swept path kernels at every instruction-set level, each checked against small time steps before it is timed.
 
+mod inputs;
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use inputs::{CAR, Random, STRAIGHT, TURNING, plane, wall};
 use std::hint::black_box;
-use ttc_fast_core::column::{Column, ColumnMut, Table};
+use ttc_fast_core::column::ColumnMut;
 use ttc_fast_core::path::SweptPath;
-use ttc_fast_core::points::Points;
+use ttc_fast_core::real::Real;
 use ttc_fast_core::simd::Level;
-use ttc_fast_core::vehicle::{Motion, Outline};
+use ttc_fast_core::vehicle::Motion;
 
 const SIZES: [usize; 2] = [1080, 65_536];
-const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.45, y_right: -0.15, y_left: 0.15 };
 const HORIZON: f64 = 5.0;
 const STEP: f64 = 1e-3;
 const MOTIONS: [(&str, Motion); 3] = [
-    ("straight", Motion { speed: 5.0, yaw_rate: 0.0, lateral_speed: 0.0 }),
-    ("turning", Motion { speed: 5.0, yaw_rate: 0.8, lateral_speed: 0.0 }),
+    ("straight", STRAIGHT),
+    ("turning", TURNING),
     ("in place", Motion { speed: 0.0, yaw_rate: 1.5, lateral_speed: 0.0 }),
 ];
 
-/// The walls of a room, with noise on them.
+/// Points on the walls of a room, with noise on them.
 fn room(points: usize) -> [Vec<f32>; 2] {
-    let mut state = 2026_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f32 / (1_u32 << 24) as f32
-    };
+    let mut random = Random(2026);
     let place = |i: usize| {
-        let (sin, cos) = (4.0 * i as f32 / points as f32 - 2.0).sin_cos();
-        let along = if cos > 0.0 { 9.0 } else { 3.0 } / cos.abs();
-        let range = along.min(2.5 / sin.abs()) + 0.02 * random();
-        (range * cos, range * sin)
+        let angle = 4.0 * i as f64 / points as f64 - 2.0;
+        let range = wall(angle) + 0.02 * random.next();
+        (f32::from_f64(range * angle.cos()), f32::from_f64(range * angle.sin()))
     };
     let (x, y) = (0..points).map(place).unzip();
     [x, y]
-}
-
-fn plane([x, y]: &[Vec<f32>; 2]) -> Points<'_, f32> {
-    let table = |column| Table::new(Column::new(column));
-    Points::batch([table(x), table(y), table(x)]).expect("columns are as long")
 }
 
 /// Small steps, of a car through a room that stands still.

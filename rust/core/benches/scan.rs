@@ -1,53 +1,18 @@
 //! The scan kernels at every instruction-set level, each checked against a naive loop before it is timed.
 
+mod inputs;
+
 use criterion::{Bencher, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use std::f64::consts::PI;
+use inputs::{CAR, MOUNT, STRAIGHT, TURNING, rooms, scanner};
 use std::hint::black_box;
 use ttc_fast_core::column::{Column, ColumnMut};
-use ttc_fast_core::real::Real;
 use ttc_fast_core::scan::{ScanTtc, Settings};
 use ttc_fast_core::simd::Level;
-use ttc_fast_core::vehicle::{Motion, Mount, Outline};
+use ttc_fast_core::vehicle::Motion;
 
 const SIZES: [usize; 2] = [1080, 65_536];
 /// Scans take turns, so that no branch predictor learns one by heart; together they stay in the cache.
 const SCANS: usize = 4;
-
-const CAR: Outline = Outline { x_rear: -0.1, x_front: 0.45, y_right: -0.15, y_left: 0.15 };
-const MOUNT: Mount = Mount { x: 0.27, y: 0.0, yaw: 0.0 };
-const STRAIGHT: Motion = Motion { speed: 5.0, yaw_rate: 0.0, lateral_speed: 0.0 };
-const TURNING: Motion = Motion { speed: 5.0, yaw_rate: 0.8, lateral_speed: 0.0 };
-
-/// A scanner that looks 240 degrees around.
-fn settings(beams: usize) -> Settings {
-    Settings {
-        range_min: 0.06,
-        range_max: 30.0,
-        mount: MOUNT,
-        outline: Some(CAR),
-        ..Settings::new(-2.0 * PI / 3.0, 4.0 * PI / 3.0 / (beams - 1) as f64, beams)
-    }
-}
-
-/// Scans of a room: noise on its walls, and NaN, +inf and error codes in between. The same in every run.
-fn room(settings: &Settings) -> Vec<Vec<f32>> {
-    let mut state = 2026_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f32 / (1_u32 << 24) as f32
-    };
-    let mut reading = |angle: f64| {
-        let (sin, cos) = angle.sin_cos();
-        let along = if cos > 0.0 { 9.0 } else { 3.0 } / cos.abs();
-        match random() {
-            chance if chance < 0.02 => f32::NAN,
-            chance if chance < 0.04 => f32::INFINITY,
-            chance if chance < 0.05 => 0.005,
-            _ => f32::from_f64(along.min(2.5 / sin.abs())) + 0.02 * random(),
-        }
-    };
-    (0..SCANS).map(|_| settings.angles().map(&mut reading).collect()).collect()
-}
 
 /// The definition: every beam by itself.
 fn naive(settings: &Settings, ranges: &[f32], motion: Motion) -> Vec<f64> {
@@ -73,10 +38,10 @@ fn assert_close(got: f64, expected: f64, tolerance: f64) {
 fn each_level(c: &mut Criterion, name: &str, bench: impl Fn(&mut Bencher<'_>, &ScanTtc, &[Vec<f32>])) {
     let mut group = c.benchmark_group(name);
     for beams in SIZES {
-        let scans = room(&settings(beams));
+        let scans: [Vec<f32>; SCANS] = rooms(&scanner(beams));
         group.throughput(Throughput::Bytes(size_of_val(scans[0].as_slice()) as u64));
         for level in Level::all() {
-            let scan = ScanTtc::new(settings(beams), level).expect("the settings make sense");
+            let scan = ScanTtc::new(scanner(beams), level).expect("the settings make sense");
             group.bench_function(BenchmarkId::new(level.to_string(), beams), |b| bench(b, &scan, &scans));
         }
     }

@@ -1,7 +1,11 @@
 //! The hot calls on pinned input at the AVX2 level, for `tools/instructions.py` to count their instructions.
 //!
-//! Without arguments it names them; with a name and a number it makes that call so many times.
+//! Without arguments it names them; with a name and a number it makes that call that number of times.
 
+#[path = "../benches/inputs/mod.rs"]
+mod inputs;
+
+use inputs::{Random, STRAIGHT, TURNING, plane};
 use std::env;
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -14,10 +18,10 @@ use ttc_fast_core::path::SweptPath;
 use ttc_fast_core::points::Points;
 use ttc_fast_core::range_rate::{Outputs, RangeRate, RateSettings};
 use ttc_fast_core::real::Real;
-use ttc_fast_core::scan::{Range, ScanSweptPath, ScanTtc, Settings};
+use ttc_fast_core::scan::{Range, ScanSweptPath, ScanTtc};
 use ttc_fast_core::simd::Level;
 use ttc_fast_core::tracker::{self, DistanceTracker, Method};
-use ttc_fast_core::vehicle::{Motion, Mount, Outline};
+use ttc_fast_core::vehicle::Motion;
 
 /// A name, and what makes the call a number of times.
 type Call = (&'static str, fn(usize));
@@ -51,8 +55,6 @@ const FRAMES: usize = 4;
 const REMEMBERED: usize = 8;
 
 const BEAMS: usize = 1080;
-const STRAIGHT: Motion = Motion { speed: 5.0, yaw_rate: 0.0, lateral_speed: 0.0 };
-const TURNING: Motion = Motion { speed: 5.0, yaw_rate: 0.8, lateral_speed: 0.0 };
 
 const RINGS: usize = 32;
 const AZIMUTHS: usize = 640;
@@ -137,11 +139,6 @@ fn path(scan: &ScanTtc) -> SweptPath {
     SweptPath::new(scan.settings().outline.expect("the car has one"), 5.0, avx2()).expect("the horizon makes sense")
 }
 
-fn plane([x, y]: &[Vec<f32>; 2]) -> Points<'_, f32> {
-    let table = |column| Table::new(Column::new(column));
-    Points::batch([table(x), table(y), table(x)]).expect("columns are as long")
-}
-
 fn swept_points(times: usize) {
     let scan = scanner();
     let path = path(&scan);
@@ -212,33 +209,14 @@ fn avx2() -> Level {
     level
 }
 
-/// A scanner in a small car, looking 240 degrees around.
+/// The scanner of the car.
 fn scanner() -> ScanTtc {
-    let settings = Settings {
-        range_min: 0.06,
-        range_max: 30.0,
-        mount: Mount { x: 0.27, y: 0.0, yaw: 0.0 },
-        outline: Some(Outline { x_rear: -0.1, x_front: 0.45, y_right: -0.15, y_left: 0.15 }),
-        ..Settings::new(-2.0 * PI / 3.0, 4.0 * PI / 3.0 / (BEAMS - 1) as f64, BEAMS)
-    };
-    ScanTtc::new(settings, avx2()).expect("the settings make sense")
+    ScanTtc::new(inputs::scanner(BEAMS), avx2()).expect("the settings make sense")
 }
 
-/// Scans of a room: noise on its walls, and NaN, +inf and error codes in between.
+/// Scans of a room.
 fn rooms<T: Real>(scan: &ScanTtc) -> [Vec<T>; FRAMES] {
-    let mut random = Random(2026);
-    let mut reading = |angle: f64| {
-        let (sin, cos) = angle.sin_cos();
-        let along = if cos > 0.0 { 9.0 } else { 3.0 } / cos.abs();
-        let wall = along.min(2.5 / sin.abs()) + 0.02 * random.next();
-        match random.next() {
-            chance if chance < 0.02 => f64::NAN,
-            chance if chance < 0.04 => f64::INFINITY,
-            chance if chance < 0.05 => 0.005,
-            _ => wall,
-        }
-    };
-    std::array::from_fn(|_| scan.settings().angles().map(|angle| T::from_f64(reading(angle))).collect())
+    inputs::rooms(scan.settings())
 }
 
 /// Frames of a lidar that looks 120 degrees ahead, between walls and behind a car: float32 x, y, z and intensity,
@@ -292,14 +270,4 @@ fn points(records: &[u8], record: usize) -> Points<'_, f32> {
         unsafe { Table::from_raw(Column::from_raw(start, len, record.cast_signed()), 1, 0) }
     });
     Points::new(xyz, None).expect("columns of equal shape")
-}
-
-/// Numbers in [0, 1), the same in every run.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f64 / f64::from(1_u32 << 24)
-    }
 }

@@ -1,6 +1,6 @@
 //! What the range rate of each beam means: a time-to-collision and a status.
 //!
-//! A beam closes if its closing speed is above the least that counts, and above so many of its standard errors that
+//! A beam closes if its closing speed is above the least that counts, and above enough of its standard errors that
 //! noise does not explain it. The time is then the clearance over that speed.
 
 use super::fit::{LineFit, Rates};
