@@ -11,39 +11,39 @@ import numpy as np
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from ttc_fast.reference.tracker.filters import Posterior
+    from ttc_fast.reference.tracker.filter import Posterior
 
 
 @dataclass(frozen=True)
 class TrackedTTC:
-    """Time-to-collision over several frames, and what it rests on. Intervals hold 90 %."""
+    """Time-to-collision over several frames, with its 90 % intervals."""
 
     ttc: float
-    """s, in [0, inf]; inf where nothing closes or too little is known."""
+    """Time-to-collision, s, in [0, inf]; inf where nothing closes or too little is known."""
     ttc_interval: tuple[float, float] | None
     """Lower and upper end, s; the upper one is inf where the gap may not be closing."""
     distance: float
     """Distance to contact, m. NaN without a target, inf when clear."""
     closing_speed: float
-    """m/s, positive when approaching. NaN while warming up and without a target."""
+    """Closing speed, m/s, positive when approaching. NaN while warming up and without a target."""
     closing_speed_interval: tuple[float, float] | None
     """Lower and upper end, m/s."""
     status: Status
-    """What it means."""
+    """What the numbers mean."""
 
 
 def nothing(status: Status, distance: float) -> TrackedTTC:
-    """Nothing to go by."""
+    """Give an answer without a motion: nothing is known but the status and perhaps a distance."""
     return TrackedTTC(math.inf, None, distance, math.nan, None, status)
 
 
 def only_where(status: Status, distance: float) -> TrackedTTC:
-    """Nothing but where it is. Contact is the more urgent news than how little else is known."""
+    """Give an answer that knows no more than the distance. Contact outranks the status, as the more urgent news."""
     return nothing(Status.CONTACT if distance <= 0 else status, distance)
 
 
 def answer(posterior: Posterior, quantile: float, closes: bool) -> TrackedTTC:
-    """Say what a posterior means; ``closes``: whether the closing speed counts as one."""
+    """Give the answer of a posterior; ``closes`` says whether the gap closes."""
     distance, speed = (float(value) for value in posterior.mean)
     half = quantile * math.sqrt(posterior.covariance[1, 1])
     if not np.isfinite([half, distance, speed]).all():
@@ -59,9 +59,10 @@ def answer(posterior: Posterior, quantile: float, closes: bool) -> TrackedTTC:
 
 
 def ratio_interval(posterior: Posterior, quantile: float) -> tuple[float, float]:
-    """All ``T >= 0`` with ``distance - T speed`` within ``quantile`` standard deviations of 0 (Fieller 1954).
+    """Give the interval of all times ``T >= 0`` at which contact may be (Fieller 1954).
 
-    That is ``g T^2 - 2 b T + c <= 0``. Where ``g`` is below 0, the closing speed may be 0, and there is no upper end.
+    At such a time ``distance - T speed`` is within ``quantile`` standard deviations of 0: ``g T^2 - 2 b T + c <= 0``.
+    Where ``g`` is below 0, the closing speed may be 0, and there is no upper end.
     """
     outer = np.outer(posterior.mean, posterior.mean) - quantile**2 * posterior.covariance
     c, b, g = float(outer[0, 0]), float(outer[0, 1]), float(outer[1, 1])
