@@ -16,12 +16,10 @@ nothing clever. Read it in this order:
 and for point clouds:
 
 - ``points``: what lies where in memory
-- ``gate``: which points count, and how far ahead they are
-- ``estimators``: from those to one distance
-- ``cloud`` and ``shrinking``: these put together, as ``robust_min_x`` and ``ttc_from_clouds``
-- ``road``: what a gate may stand on, found in the cloud
-- ``profile`` and ``alignment``: how a body moves, from all of its cells
-- ``cloud_tracker``: which body that is, as ``CloudTracker``
+- ``cloud``: the robust nearest distance ahead, as ``robust_min_x``, and times from it, as ``ttc_from_clouds`` and
+  ``CloudTracker``; in it ``gate`` (which points count), ``estimator``, ``cluster``, ``two_frame`` and ``tracker``
+- ``alignment``: how a body moves, from all of its profile; in it ``profile``, ``weights`` and ``fit``
+- ``road``: the plane that a gate may stand on, as ``fit_road``
 
 and for motion:
 
@@ -30,9 +28,8 @@ and for motion:
 
 and for keypoints of a camera:
 
-- ``similarity`` and ``consensus``: which matches move as one body
-- ``scales``: from matches to one scale
-- ``camera``: a time of that, as ``ttc_from_keypoints``
+- ``camera``: times from how a thing grows, as ``ttc_from_keypoints``; in it ``matches``, ``pairs``, ``similarity``,
+  ``consensus`` and ``estimator``
 
 What has no arithmetic of its own (``Status``, ``Detection``, ``NoDataError``, the settings such as ``KthSmallest``,
 ``Gate``, ``Road`` and ``KalmanCA``, ``from_pointcloud2``, the two sign helpers) is not written twice: those are the
@@ -79,8 +76,7 @@ from ttc_fast.brake import (
 )
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.reference.camera import KeypointTTC, ttc_from_heights, ttc_from_keypoints, ttc_from_scale
-from ttc_fast.reference.cloud import MinX, robust_min_x
-from ttc_fast.reference.cloud_tracker import CloudTracker
+from ttc_fast.reference.cloud import CloudTracker, CloudTTC, MinX, robust_min_x, ttc_from_clouds
 from ttc_fast.reference.hit import Counts, CountsBatch
 from ttc_fast.reference.ittc import ittc
 from ttc_fast.reference.motion import (
@@ -90,13 +86,13 @@ from ttc_fast.reference.motion import (
     time_headway,
     ttc_constant_acceleration,
     ttc_constant_velocity,
+    ttc_from_distances,
 )
 from ttc_fast.reference.path import NearestPoint, NearestPointBatch, SweptPath
 from ttc_fast.reference.range_rate import RangeRate, RangeRateNearest
 from ttc_fast.reference.road import RoadFit, fit_road
 from ttc_fast.reference.scan import Nearest, NearestBatch, ScanTTC
 from ttc_fast.reference.scan.swept import ScanSweptPath
-from ttc_fast.reference.shrinking import CloudTTC, ttc_from_clouds, ttc_from_distances
 from ttc_fast.reference.tracker import DistanceTracker, TrackedTTC
 from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_target_velocity
 from ttc_fast.status import Detection, RoadStatus, Status

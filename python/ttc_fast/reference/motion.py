@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.reference.arguments import floats, number, output
+from ttc_fast.reference.arguments import checked_dt, finite, floats, number, output
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -16,6 +16,26 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 NOT_NAN, FINITE, AT_LEAST_ZERO, ABOVE_ZERO = "a number", "finite", "finite and at least 0", "finite and above 0"
+
+
+def ttc_from_distances(previous: float, current: float, dt: float) -> float:
+    """Time-to-collision from two distances, if the gap goes on shrinking as it did, s.
+
+    Arguments, result and errors are those of ``ttc_fast.ttc_from_distances``. TTC = d1 dt / (d0 - d1).
+
+    Examples
+    --------
+    >>> from ttc_fast import reference
+    >>> round(reference.ttc_from_distances(10.0, 9.5, 0.1), 6)
+    1.9
+    """
+    previous, current, dt = finite("previous", previous), finite("current", current), checked_dt(dt)
+    if not previous > current:
+        return math.inf
+    if not current > 0:
+        return 0.0
+    product, shrunk = current * dt, previous - current
+    return product / shrunk if product < math.inf else current / shrunk * dt
 
 
 def ttc_constant_velocity(distance: Any, *, closing_speed: Any, status_out: NDArray[np.uint8] | None = None) -> Any:

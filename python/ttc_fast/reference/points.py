@@ -1,4 +1,4 @@
-"""A point cloud in any layout, as columns."""
+"""Point clouds in any layout, as columns."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ if TYPE_CHECKING:
 
 COORDINATES = ("x", "y", "z")
 WIDEST_POINT = 64
-"""Points have fewer numbers than this; an array of points as columns has more."""
+"""The most numbers of a point. An array with more in a row is likely transposed."""
 
 
 class Cloud(NamedTuple):
     """N points; an organised cloud is taken row by row."""
 
     xyz: Floats
-    """Coordinates as stored, whatever they mean, of shape (3, N)."""
+    """Coordinates as stored, along whatever axes, of shape (3, N)."""
     intensity: NDArray[Any] | None
-    """In the units and dtype stored, of shape (N,)."""
+    """Intensities in the units and dtype stored, of shape (N,)."""
 
     def valid(self) -> Bools:
-        """Which points count: finite, and not exactly (0, 0, 0), which drivers store where nothing came back."""
+        """Say which points count: finite ones, but not (0, 0, 0), which drivers store where nothing came back."""
         valid: Bools = np.isfinite(self.xyz).all(axis=0) & (self.xyz != 0).any(axis=0)
         return valid
 
 
 def cloud(argument: str, points: Any) -> Cloud:
-    """``points`` as a cloud: plain rows, records, or a tuple of columns."""
+    """Return ``points`` as a cloud; they are plain rows, records, or a tuple of columns."""
     if isinstance(points, tuple):
         return _of_columns(argument, points)
     if not isinstance(points, np.ndarray):
@@ -44,7 +44,7 @@ def cloud(argument: str, points: Any) -> Cloud:
 
 
 def _of_rows(argument: str, points: NDArray[Any]) -> Cloud:
-    """(N, 3), (N, 4) or wider, the fourth column being the intensity; (H, W, 3) or wider for an organised cloud."""
+    """Return a cloud from rows (x, y, z[, intensity, ...]), of shape (N, 3) or (H, W, 3) or wider."""
     if points.ndim not in (2, 3) or points.shape[-1] < 3:
         raise ValueError(
             f"{argument} must have shape (N, 3), (N, 4) or wider, or (H, W, 3) or wider for an organised cloud, "
@@ -56,7 +56,7 @@ def _of_rows(argument: str, points: NDArray[Any]) -> Cloud:
 
 
 def _of_records(argument: str, points: NDArray[Any]) -> Cloud:
-    """Fields x, y and z, and perhaps intensity."""
+    """Return a cloud from records with fields x, y and z, and perhaps intensity."""
     names = points.dtype.names or ()
     if not set(COORDINATES) <= set(names):
         raise ValueError(f"{argument} must be records with fields x, y and z, got {names}")
@@ -65,7 +65,7 @@ def _of_records(argument: str, points: NDArray[Any]) -> Cloud:
 
 
 def _of_columns(argument: str, columns: tuple[Any, ...]) -> Cloud:
-    """One array each for x, y and z, and perhaps intensity."""
+    """Return a cloud from one array each for x, y and z, and perhaps intensity."""
     if len(columns) not in (3, 4):
         raise ValueError(f"{argument} as a tuple must be (x, y, z) or (x, y, z, intensity), got {len(columns)} arrays")
     if not all(isinstance(column, np.ndarray) for column in columns):
@@ -85,9 +85,9 @@ def _of_columns(argument: str, columns: tuple[Any, ...]) -> Cloud:
 
 
 def frames(argument: str, points: Any) -> tuple[Floats, bool]:
-    """Points in a plane, as columns x, y, z of one cloud or of a batch, shape (B, 3, N); and whether it was a batch.
+    """Return points in a plane as columns x, y, z of shape (B, 3, N), and whether they were a batch.
 
-    Where there is no z, x stands in for it: it is as valid as itself.
+    Where there is no z, x stands in for it: that never makes a valid point invalid.
     """
     columns = _planar(argument, points)
     if not all(isinstance(column, np.ndarray) for column in columns):
@@ -103,7 +103,7 @@ def frames(argument: str, points: Any) -> tuple[Floats, bool]:
 
 
 def _planar(argument: str, points: Any) -> tuple[Any, ...]:
-    """Columns x, y and perhaps z."""
+    """Return the columns x, y and perhaps z."""
     if isinstance(points, tuple):
         if len(points) not in (2, 3, 4):
             raise ValueError(f"{argument} as a tuple must be (x, y) or (x, y, z), got {len(points)} arrays")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ttc_fast._core import Gate, Road
-from ttc_fast.reference.arguments import finite
-from ttc_fast.reference.gate import candidates, height_above
+from ttc_fast.reference.arguments import finite, positive
+from ttc_fast.reference.cloud.gate import candidates, height_above
 from ttc_fast.reference.points import Cloud, cloud
 from ttc_fast.status import RoadStatus
 
@@ -24,44 +24,47 @@ if TYPE_CHECKING:
     Plane = tuple[float, float, float]
 
 LAYERS_PER_METRE = 5.0
-"""Voxels are a metre long and wide, and so much less high."""
+"""Voxels are a metre long and wide, and there are this many in a metre of height."""
 
-BELOW = 10
-"""One in so many points of a stack may lie below the road: reflections do."""
+ONE_BELOW_IN = 10
+"""One in this many points of a column may lie below the road, because reflections do."""
 
 SLOPE_STEP = 0.6
-"""Across the whole region two neighbouring slopes of the vote differ by this much in height, m."""
+"""Two neighbouring slopes of the vote differ by this much in height across the whole region, m."""
 
 REFINEMENT = (0.3, 0.2, 0.15, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""The tolerance of each step, m, unless the final one is wider: wide enough for the coarse plane at first."""
+"""The tolerance of each step, m, unless that of the search is wider. The first is wide enough for the coarse plane."""
 
 LEAST_WIDTH = 0.01
-"""Points on a strip narrower than this, m, are on a line, which has no plane."""
+"""The least width of a strip that has a plane, m. Points on a narrower one lie on a line."""
 
 MOST_VOXELS = 2**22
-"""More voxels than this take more memory than a road is worth."""
+"""The most voxels of a region: more take more memory than a road is worth."""
+
+STEEPEST = 1.0
+"""The steepest road. A steeper plane is none, and takes long to look for."""
 
 
 @dataclass(frozen=True)
 class RoadFit:
-    """The road of a cloud, or why there is none, and what that rests on."""
+    """The road of a cloud or the reason that there is none, and the patches that this rests on."""
 
     road: Road | None
     """The road; None unless found."""
     status: RoadStatus
-    """Whether it was found."""
+    """Whether a road was found."""
     reason: str
-    """Why there is none; empty when found."""
+    """The reason that there is none; empty when found."""
     inliers: int = 0
-    """Points near it, in patches that agree."""
+    """The points near the plane, in patches that agree."""
     patches: int = 0
-    """Square metres of ground that agree with it."""
+    """The patches that agree, of a square metre each."""
     share: float = 0.0
-    """How many of all square metres with a point that is."""
+    """The share of all patches that agree."""
     width: float = 0.0
-    """How wide the road that is seen is in its narrowest direction, m."""
+    """Width of the road that is seen in its narrowest direction, m."""
     rms: float = math.nan
-    """Root mean square of the heights of patches above it, m."""
+    """Root mean square of the heights of patches above the plane, m."""
 
 
 def fit_road(
@@ -92,7 +95,7 @@ def fit_road(
     ('FOUND', 0.02, -1.7)
     """
     region = Region(finite("sensor_height", sensor_height), x, y, axes, height_tolerance, max_slope).checked()
-    _positive("tolerance", tolerance)
+    positive("tolerance", tolerance)
     if not LEAST_WIDTH <= min_width < math.inf:
         raise ValueError(f"min_width must be finite and at least {LEAST_WIDTH}, got {min_width}")
     if operator.index(min_patches) < 1:
@@ -103,13 +106,13 @@ def fit_road(
     seen = cloud("points", points)
     if not seen.valid().any():
         return RoadFit(None, RoadStatus.NO_DATA, "no valid point")
-    stacks = Stacks.of(seen, region)
-    if len(stacks.points) == 0:
+    columns = VoxelColumns.of(seen, region)
+    if len(columns.points) == 0:
         return RoadFit(None, RoadStatus.NOT_FOUND, "no point where a road could be")
 
-    refined = refine(stacks, elect(stacks, region), tolerance, min_width)
+    refined = refine(columns, hough_vote(columns, region), tolerance, min_width)
     slope_x, slope_y, offset = refined.plane
-    share = refined.patches / len(stacks.points)
+    share = refined.patches / len(columns.points)
     if refined.patches < min_patches:
         reason = "fewer than min_patches of it are seen"
     elif refined.width < min_width:
@@ -127,12 +130,8 @@ def fit_road(
     return RoadFit(road, status, reason, refined.inliers, refined.patches, share, refined.width, refined.rms)
 
 
-STEEPEST = 1.0
-"""Steeper is no road, and takes long to look for."""
-
-
 class Region(NamedTuple):
-    """Where a road could be."""
+    """The region that a road could be in."""
 
     sensor_height: float
     x: Interval
@@ -142,13 +141,13 @@ class Region(NamedTuple):
     max_slope: float
 
     def checked(self) -> Region:
-        """Give itself, if it makes sense."""
+        """Return the region if it makes sense."""
         Gate(x=self.x, y=self.y, axes=self.axes)
         for name, bounds in (("x", self.x), ("y", self.y)):
             for bound in bounds:
                 finite(name, bound)
-        _positive("height_tolerance", self.height_tolerance)
-        _positive("max_slope", self.max_slope)
+        positive("height_tolerance", self.height_tolerance)
+        positive("max_slope", self.max_slope)
         if self.max_slope > STEEPEST:
             raise ValueError(f"max_slope must be at most {STEEPEST}, got {self.max_slope}; it is rise per metre")
         if math.prod(self.shape()) > MOST_VOXELS:
@@ -156,36 +155,36 @@ class Region(NamedTuple):
         return self
 
     def reach(self, x: Any, y: Any) -> Any:
-        """How far the road could be from minus the height of the sensor, m."""
+        """Find the farthest that the road could be from minus the height of the sensor at a place, m."""
         return self.height_tolerance + self.max_slope * (abs(x) + abs(y))
 
     def farthest(self) -> float:
-        """How far it could be from there within the whole region, m."""
+        """Find the farthest that it could be from there in the whole region, m."""
         return float(self.reach(max(map(abs, self.x)), max(map(abs, self.y))))
 
     def shape(self) -> tuple[int, int, int]:
-        """Voxels forward, to the left and up."""
+        """Count voxels forward, to the left and up."""
         rows, columns = (max(math.ceil(high - low), 1) for low, high in (self.x, self.y))
         return rows, columns, math.ceil(2 * self.farthest() * LAYERS_PER_METRE)
 
 
 @dataclass(frozen=True)
-class Stacks:
+class VoxelColumns:
     """The ground in square metres, and the voxels above each, from the lowest up.
 
-    Square metres without a point are not there. Every other counts as one patch: fitted to points, the road would be
-    the road in front of the bumper, where most of them are.
+    Square metres without a point are left out. Every other counts as one patch: fitted to points, the road would be the
+    road in front of the bumper, where most of them are.
     """
 
     points: Doubles
-    """How many points each voxel holds, of shape (square metres, layers)."""
+    """The number of points of each voxel, of shape (square metres, layers)."""
     sum: Doubles
-    """Sum of each of their coordinates, m, of shape (square metres, layers, 3)."""
+    """The sum of each of their coordinates, m, of shape (square metres, layers, 3)."""
     ground: NDArray[np.intp]
-    """Which layer is the ground of each square metre: the lowest, but for a tenth of the points."""
+    """The layer of the ground of each square metre: the lowest with no more than a tenth of the points below it."""
 
     @classmethod
-    def of(cls, cloud: Cloud, region: Region) -> Stacks:
+    def of(cls, cloud: Cloud, region: Region) -> VoxelColumns:
         """Sort the points that could be road into voxels."""
         bottom, top = -region.sensor_height - region.farthest(), -region.sensor_height + region.farthest()
         found = candidates(cloud, Gate(x=region.x, y=region.y, z=(bottom, top), axes=region.axes))
@@ -202,35 +201,35 @@ class Stacks:
         sums = [np.bincount(voxel, each, minlength=size).astype(np.float64) for each in position.T]
         some = points.any(axis=1)
         points, total = points[some], np.stack(sums, axis=-1).reshape(-1, shape[2], 3)[some]
-        enough = np.cumsum(points, axis=1) * BELOW >= points.sum(axis=1, keepdims=True)
+        enough = np.cumsum(points, axis=1) * ONE_BELOW_IN >= points.sum(axis=1, keepdims=True)
         return cls(points, total, enough.argmax(axis=1))
 
     def flatness(self) -> Doubles:
-        """Part of the points of each stack that is in its ground or just above.
+        """Find the share of the points of each column in its ground or just above.
 
-        All over a road, few where there is a wall or a bush.
+        That is all of them over a road, and few where there is a wall or a bush.
         """
         above = np.pad(self.points, ((0, 0), (0, 1)))  # nothing is above the top layer
-        stack = np.arange(len(self.ground))
-        flatness: Doubles = (above[stack, self.ground] + above[stack, self.ground + 1]) / self.points.sum(axis=1)
+        column = np.arange(len(self.ground))
+        flatness: Doubles = (above[column, self.ground] + above[column, self.ground + 1]) / self.points.sum(axis=1)
         return flatness
 
     def mean(self) -> Doubles:
-        """Mean position of the points of each voxel, m; NaN where there are none."""
+        """Find the mean position of the points of each voxel, m; NaN where there are none."""
         with np.errstate(invalid="ignore"):
             mean: Doubles = self.sum / self.points[..., None]
         return mean
 
 
-def elect(stacks: Stacks, region: Region) -> Plane:
-    """Vote for a coarse plane, of all on a grid of slopes and heights.
+def hough_vote(columns: VoxelColumns, region: Region) -> Plane:
+    """Vote for a coarse plane on a grid of slopes and heights: a Hough transform.
 
-    The ground of each stack votes for the planes that it lies on, with as much weight as the stack is flat. Of several
-    with as many votes the flattest plane wins, then the lowest.
+    The ground of each column votes for the planes that it lies on, with as much weight as the column is flat. Of
+    several planes with equal votes the flattest wins, then the lowest.
     """
-    x, y, z = stacks.mean()[np.arange(len(stacks.ground)), stacks.ground].T
+    x, y, z = columns.mean()[np.arange(len(columns.ground)), columns.ground].T
     lowest = -region.sensor_height - region.height_tolerance
-    flatness = stacks.flatness()
+    flatness = columns.flatness()
     bins = max(math.ceil(2 * region.height_tolerance * LAYERS_PER_METRE), 2)
     best: tuple[float, Plane] = (0.0, (0.0, 0.0, -region.sensor_height))
     for slope_x in slopes(region.x, region.max_slope):
@@ -247,14 +246,14 @@ def elect(stacks: Stacks, region: Region) -> Plane:
 
 
 def slopes(bounds: Interval, steepest: float) -> list[float]:
-    """Slopes up to the steepest, the flattest first."""
+    """List the slopes of the grid up to the steepest, the flattest first."""
     steps = math.ceil(steepest * (bounds[1] - bounds[0]) / SLOPE_STEP)
     order = sorted(range(-steps, steps + 1), key=lambda step: (abs(step), step))
     return [step * steepest / max(steps, 1) for step in order]
 
 
 class Refined(NamedTuple):
-    """A fitted plane, and what it rests on."""
+    """A fitted plane, and the patches that it rests on."""
 
     plane: Plane
     inliers: int
@@ -263,19 +262,19 @@ class Refined(NamedTuple):
     rms: float
 
 
-def refine(stacks: Stacks, plane: Plane, tolerance: float, min_width: float) -> Refined:
-    """Fit the plane again and again to the patches that agree with it; stop when they are a mere line.
+def refine(columns: VoxelColumns, plane: Plane, tolerance: float, min_width: float) -> Refined:
+    """Fit the plane again and again to the patches that agree with it, and stop when these are a mere line.
 
-    Iteratively reweighted least squares with Tukey's biweight [Beaton and Tukey 1974].
+    This is iteratively reweighted least squares with Tukey's biweight [Beaton and Tukey 1974].
     """
     refined = Refined(plane, 0, 0, 0.0, math.nan)
     for step in REFINEMENT:
         wide = max(tolerance, step)
-        near = distance(refined.plane, stacks.mean(), wide) < 1
-        near &= near[np.arange(len(near)), stacks.ground, None]  # a patch agrees if its ground does
+        near = distance(refined.plane, columns.mean(), wide) < 1
+        near &= near[np.arange(len(near)), columns.ground, None]  # a patch agrees if its ground does
         agree = near.any(axis=1)
-        points = np.where(near, stacks.points, 0.0).sum(axis=1)[agree]
-        patches = np.where(near[..., None], stacks.sum, 0.0).sum(axis=1)[agree] / points[:, None]
+        points = np.where(near, columns.points, 0.0).sum(axis=1)[agree]
+        patches = np.where(near[..., None], columns.sum, 0.0).sum(axis=1)[agree] / points[:, None]
         weights = (1 - distance(refined.plane, patches, wide) ** 2) ** 2
 
         refined = refined._replace(inliers=int(points.sum()), patches=len(patches), width=width(patches, weights))
@@ -291,7 +290,7 @@ def refine(stacks: Stacks, plane: Plane, tolerance: float, min_width: float) -> 
 
 
 def distance(plane: Plane, points: Doubles, tolerance: float) -> Doubles:
-    """How far points are from a plane, in tolerances; twice as far counts as much below it.
+    """Find the distance of points from a plane, in tolerances; the tolerance below the plane is twice as large.
 
     Of two planes that a kerb parts, the lower is the road.
     """
@@ -300,14 +299,9 @@ def distance(plane: Plane, points: Doubles, tolerance: float) -> Doubles:
 
 
 def width(patches: Doubles, weights: Doubles) -> float:
-    """How wide an even strip is that spreads as much as the patches in their narrowest direction, m."""
+    """Find the width of an even strip that spreads as much as the patches in their narrowest direction, m."""
     if weights.sum() == 0:
         return 0.0
     offsets = patches[:, :2] - np.average(patches[:, :2], axis=0, weights=weights)
     covariance = (offsets * weights[:, None]).T @ offsets / weights.sum()
     return math.sqrt(12 * max(np.linalg.eigvalsh(covariance)[0], 0.0))
-
-
-def _positive(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be finite and above 0, got {value}")

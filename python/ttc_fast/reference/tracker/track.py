@@ -106,7 +106,7 @@ class Filter(Protocol):
         """Take a distance."""
 
     def posterior(self, stamp: float, variance: float) -> Posterior | None:
-        """Say what the filter knows of ``stamp``, from two frames on; distances without a variance have ``variance``."""
+        """Say what the filter knows of ``stamp``, from two frames on; ``variance`` is that of distances without one."""
 
 
 def filter_of(method: Any) -> Filter:

@@ -1,4 +1,4 @@
-"""From matched positions to one scale, by the estimator's idea of which of them to trust."""
+"""From matches to one scale, by the estimator's idea of which of them to trust."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast._core import Consensus, LeastSquares, MedianRatio, TrimmedMeanRatio
-from ttc_fast.reference.consensus import agreed
-from ttc_fast.reference.similarity import SAME_SPOT, centred, fitted, squared_residuals
+from ttc_fast.reference.camera.consensus import inliers
+from ttc_fast.reference.camera.pairs import ratios
+from ttc_fast.reference.camera.similarity import centred, fitted, squared_residuals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,19 +22,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A scale, and what it rests on."""
+    """A scale, and the matches that it rests on."""
 
     scale: float
+    """The size now over the size before."""
     spread: float
-    """Standard error of it."""
+    """The standard error of the scale."""
     pairs: int
-    """Ratios that it rests on."""
+    """The number of ratios that it rests on."""
     support: int
-    """Matches that stand behind it."""
+    """The number of matches that stand behind it."""
 
 
 def checked_scale_estimator(estimator: Any) -> ScaleEstimator:
-    """Say how mismatches and background are survived."""
+    """Return the estimator; None stands for ``Consensus()``."""
     if estimator is None:
         return Consensus()
     if isinstance(estimator, Consensus | LeastSquares | MedianRatio | TrimmedMeanRatio):
@@ -42,54 +44,40 @@ def checked_scale_estimator(estimator: Any) -> ScaleEstimator:
 
 
 def estimate(estimator: ScaleEstimator, before: Doubles, now: Doubles, min_distance: float) -> Estimate | None:
-    """Ask the estimator; None if too few matches or pairs count."""
+    """Estimate a scale; None if too few matches or pairs count."""
     match estimator:
         case MedianRatio():
             every = ratios(before, now, min_distance)
-            return _resting_on(before, now, every, float(np.median(every)) if len(every) else math.nan)
+            return _estimate_by(before, now, every, float(np.median(every)) if len(every) else math.nan)
         case TrimmedMeanRatio():
             every = np.sort(ratios(before, now, min_distance))
             cut = int(estimator.share * len(every))
             left = every[cut : len(every) - cut]
-            return _resting_on(before, now, left, float(left.mean()) if len(left) else math.nan)
+            return _estimate_by(before, now, left, float(left.mean()) if len(left) else math.nan)
         case LeastSquares():
             similarity = fitted(before, now)
             none = np.empty(0)
-            return None if similarity is None else _resting_on(before, now, none, abs(similarity.turn))
+            return None if similarity is None else _estimate_by(before, now, none, abs(similarity.turn))
         case Consensus():
-            those = agreed(estimator, before, now)
+            those = inliers(estimator, before, now)
             if those is None:
                 return None
             every = ratios(before[those], now[those], min_distance)
-            return _resting_on(before[those], now[those], every, float(every.mean()) if len(every) else math.nan)
+            return _estimate_by(before[those], now[those], every, float(every.mean()) if len(every) else math.nan)
 
 
-def ratios(before: Doubles, now: Doubles, min_distance: float) -> Doubles:
-    """How many times as far apart each pair ``i < j`` is now, of the pairs that count.
-
-    A pair counts if it was apart, and is at least ``min_distance`` apart now.
-    """
-    i, j = np.triu_indices(len(before), k=1)
-    squared_before, squared_now = _squared_distances(before, i, j), _squared_distances(now, i, j)
-    count = (squared_before > SAME_SPOT) & (squared_now >= min_distance * min_distance)
-    quotients: Doubles = np.sqrt(squared_now[count] / squared_before[count])
-    return quotients
-
-
-def _squared_distances(points: Doubles, i: Any, j: Any) -> Doubles:
-    x, y = (points[j] - points[i]).T
-    squared: Doubles = x * x + y * y
-    return squared
-
-
-def _resting_on(before: Doubles, now: Doubles, every: Doubles, scale: float) -> Estimate | None:
+def _estimate_by(before: Doubles, now: Doubles, every: Doubles, scale: float) -> Estimate | None:
     if math.isnan(scale):
         return None
     return Estimate(scale, _spread(before, now, scale), len(every), len(before))
 
 
 def _spread(before: Doubles, now: Doubles, scale: float) -> float:
-    """Find how far the matches are from the scale, by the best turn and shift, over how far apart they are."""
+    """Find the standard error of a scale.
+
+    It is the distance of the matches from where the scale puts them by the best turn and shift, over the distance
+    between the matches.
+    """
     matches, freedom = centred(before, now), 2 * len(before) - 4
     if matches is None or freedom <= 0:
         return math.nan

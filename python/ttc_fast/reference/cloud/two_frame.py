@@ -1,4 +1,4 @@
-"""``ttc_from_distances`` and ``ttc_from_clouds``: time-to-collision from how the nearest distance shrinks."""
+"""``ttc_from_clouds``: time-to-collision from how the nearest distance shrinks between two clouds."""
 
 from __future__ import annotations
 
@@ -7,53 +7,33 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.reference.arguments import checked_dt, finite
-from ttc_fast.reference.cloud import MinX, nearest
-from ttc_fast.reference.estimators import checked_estimator
-from ttc_fast.reference.gate import checked_gate
+from ttc_fast.reference.cloud.estimator import MinX, checked_estimator, nearest
+from ttc_fast.reference.cloud.gate import checked_gate
+from ttc_fast.reference.motion import ttc_from_distances
 from ttc_fast.reference.points import cloud
 from ttc_fast.status import Detection, Status
 
 if TYPE_CHECKING:
     from ttc_fast._core import Gate
-    from ttc_fast.reference.estimators import Estimator
+    from ttc_fast.reference.cloud.estimator import Estimator
 
 
 @dataclass(frozen=True)
 class CloudTTC:
-    """Time-to-collision from two clouds, and what it rests on."""
+    """Time-to-collision from two clouds, and the distances that it rests on."""
 
     ttc: float
-    """s, in [0, inf]; inf where nothing closes or too little is known."""
+    """Time-to-collision, s, in [0, inf]; inf where nothing closes or too little is known."""
     status: Status
-    """What it means."""
+    """What the numbers mean."""
     distance: float
-    """From the bumper to the nearest thing in the current cloud, m. inf when clear, NaN without data."""
+    """Distance from the bumper to the nearest thing in the current cloud, m. inf when clear, NaN without data."""
     closing_speed: float
-    """m/s, positive when approaching. NaN unless both clouds show a distance."""
+    """Closing speed, m/s, positive when approaching. NaN unless both clouds show a distance."""
     previous: MinX
     """What was found in the earlier cloud."""
     current: MinX
     """What was found in the later cloud."""
-
-
-def ttc_from_distances(previous: float, current: float, dt: float) -> float:
-    """Time-to-collision by two distances, if the gap goes on shrinking as it did, s.
-
-    Arguments, result and errors are those of ``ttc_fast.ttc_from_distances``. TTC = d1 dt / (d0 - d1).
-
-    Examples
-    --------
-    >>> from ttc_fast import reference
-    >>> round(reference.ttc_from_distances(10.0, 9.5, 0.1), 6)
-    1.9
-    """
-    previous, current, dt = finite("previous", previous), finite("current", current), checked_dt(dt)
-    if not previous > current:
-        return math.inf
-    if not current > 0:
-        return 0.0
-    product, shrunk = current * dt, previous - current
-    return product / shrunk if product < math.inf else current / shrunk * dt
 
 
 def ttc_from_clouds(
@@ -65,7 +45,7 @@ def ttc_from_clouds(
     estimator: Estimator | None = None,
     front_offset: float = 0.0,
 ) -> CloudTTC:
-    """Time-to-collision by two clouds taken ``dt`` seconds apart.
+    """Time-to-collision from two clouds taken ``dt`` seconds apart.
 
     Arguments, result and errors are those of ``ttc_fast.ttc_from_clouds``. Where either cloud has too few points for
     the estimator, both are taken at their plain nearest, and the status says so.

@@ -1,4 +1,4 @@
-"""The matches that move as one body: the similarity that most agree with, refined until its matches agree with it."""
+"""The matches that move as one body: random sample consensus (RANSAC) over similarities."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ttc_fast.reference.similarity import fitted, squared_residuals, through, total
+from ttc_fast.reference.camera.similarity import fitted, squared_residuals, through, total
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -15,28 +15,29 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast._core import Consensus
-    from ttc_fast.reference.similarity import Similarity
+    from ttc_fast.reference.camera.similarity import Similarity
 
     Doubles = NDArray[np.float64]
     Bools = NDArray[np.bool_]
 
 WIDTH_SQUARED = -2.0 * math.log(0.05)
-"""Of positions with a normal error, all but a twentieth are within so many standard deviations, squared."""
+"""All but a twentieth of positions with a normal error are within this many standard deviations, squared."""
 LEAST_TOLERANCE = 0.1
 """No match is left out for less than this, px."""
 UNCHANGED = 0.1
 """With more than this share of coordinates unchanged, positions are rounded."""
 MOST_ROUNDS = 20
+"""The most rounds of the refinement, which settles long before."""
 
 
-def agreed(search: Consensus, before: Doubles, now: Doubles) -> Bools | None:
-    """Say which matches agree; None of fewer than two, or if no two agree."""
+def inliers(search: Consensus, before: Doubles, now: Doubles) -> Bools | None:
+    """Say which matches agree with one similarity; None if there are fewer than two, or if no two agree."""
     squared = search.tolerance * search.tolerance
-    elected = _elected(search, before, now, squared)
-    if elected is None:
+    best = _best_of_pairs(search, before, now, squared)
+    if best is None:
         return None
     rounded = (before == now).sum() > UNCHANGED * before.size
-    those = squared_residuals(elected, before, now) <= squared
+    those = squared_residuals(best, before, now) <= squared
     for _ in range(MOST_ROUNDS):
         similarity = fitted(before[those], now[those])
         if similarity is None:
@@ -51,8 +52,8 @@ def agreed(search: Consensus, before: Doubles, now: Doubles) -> Bools | None:
     return those
 
 
-def _elected(search: Consensus, before: Doubles, now: Doubles, squared: float) -> Similarity | None:
-    """Find the similarity through two matches that most agree with; of several the first."""
+def _best_of_pairs(search: Consensus, before: Doubles, now: Doubles, squared: float) -> Similarity | None:
+    """Find the similarity through two matches that most matches agree with; of several the first."""
     best, most, count = None, 1, len(before)
     if count < 2:
         return None

@@ -9,52 +9,52 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast._core import Alignment
-from ttc_fast.reference.alignment import Sighting, Trend, trend
+from ttc_fast.reference.alignment.fit import Trend, trend
+from ttc_fast.reference.alignment.profile import Profile, Sighting, profile
 from ttc_fast.reference.arguments import finite, number
-from ttc_fast.reference.cloud import nearest
-from ttc_fast.reference.estimators import checked_estimator
-from ttc_fast.reference.gate import candidates, checked_gate
+from ttc_fast.reference.cloud.estimator import checked_estimator, nearest
+from ttc_fast.reference.cloud.gate import candidates, checked_gate
 from ttc_fast.reference.points import cloud
-from ttc_fast.reference.profile import Profile, profile
 from ttc_fast.reference.tracker.answer import TrackedTTC, nothing, only_where
 from ttc_fast.status import Detection, Status
 
 if TYPE_CHECKING:
     from ttc_fast._core import Gate
-    from ttc_fast.reference.estimators import Estimator
+    from ttc_fast.reference.cloud.estimator import Estimator
+    from ttc_fast.reference.cloud.gate import Candidates
 
 ENOUGH = 3
-"""Frames that a closing speed needs."""
+"""The fewest frames that a closing speed needs."""
 MOST = 16
-"""More frames than this are not kept: of those in the window, the last."""
+"""The most frames that are kept: of those in the window, the last."""
 FASTEST = 60.0
-"""No two cars close faster, m/s."""
+"""The fastest closing speed of two cars, m/s."""
 HARDEST = 20.0
-"""Closing speeds don't change faster, m/s^2."""
+"""The fastest change of a closing speed, m/s^2."""
 NINE_TENTHS = 1.645
-"""Of a normal distribution, nine tenths are within so many standard deviations."""
+"""Nine tenths of a normal distribution are within this many standard deviations."""
 
 
 @dataclass
 class Body:
-    """A body, as often as it was seen."""
+    """A body and its sightings."""
 
     sightings: list[Sighting] = field(default_factory=list)
-    """Oldest first."""
+    """The sightings, oldest first."""
     trend: Trend | None = None
-    """How it moved at the last of them."""
+    """The motion at the last of them."""
 
     def forget(self, stamp: float, window: float, max_gap: float) -> None:
-        """Forget what is too old, and all of it if it was gone for too long."""
+        """Forget sightings that are too old, and all of them if the body was gone for too long."""
         gone = bool(self.sightings) and stamp - self.sightings[-1].stamp > max_gap
-        # Stamps are rounded: the window's own end counts.
+        # Stamps are rounded, so a sighting at the end of the window counts.
         oldest = window * (1.0 + 1e-6)
         self.sightings = [each for each in self.sightings if not gone and stamp - each.stamp <= oldest]
         if not self.sightings:
             self.trend = None
 
     def continues(self, now: Sighting, jump: float) -> bool:
-        """Whether a sighting is of this body."""
+        """Whether a sighting belongs to this body."""
         if not self.sightings:
             return False
         last = self.sightings[-1]
@@ -69,7 +69,7 @@ class Body:
         return abs(now.edge - (edge - speed * dt)) <= jump + HARDEST * dt * dt / 2.0
 
     def add(self, sighting: Sighting, settings: Alignment) -> None:
-        """See it once more."""
+        """Add a sighting, and find the motion anew."""
         self.sightings = [*self.sightings, sighting][-MOST:]
         self.trend = trend(self.sightings, settings) if len(self.sightings) >= ENOUGH else None
 
@@ -100,7 +100,7 @@ class CloudTracker:
         self._present, self._shelved = Body(), Body()
 
     def update(self, points: Any, stamp: float) -> TrackedTTC:
-        """Take in a cloud, and say how the body ahead moves."""
+        """Take a cloud, and say how the body ahead moves."""
         stamp = number("stamp", stamp)
         seen = cloud("points", points)
         found = nearest(seen, self._gate, self._estimator)
@@ -115,7 +115,7 @@ class CloudTracker:
             return self._coast(stamp)
         too_few = found.detection is Detection.TOO_FEW
         edge = found.nearest_x if too_few else found.x
-        self._follow(Sighting(stamp, edge, profile(candidates(seen, self._gate), edge, self._method)))
+        self._follow(Sighting(stamp, edge, self._profile(candidates(seen, self._gate), edge)))
         return self._answer(too_few)
 
     def state(self) -> dict[str, Any]:
@@ -123,24 +123,30 @@ class CloudTracker:
         return {"stamp": self._stamp, "present": _state(self._present), "shelved": _state(self._shelved)}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Remember what another tracker with the same settings did."""
+        """Go on from the state of another tracker with the same settings."""
         self._stamp = state["stamp"]
         self._present, self._shelved = _body(state["present"]), _body(state["shelved"])
 
+    def _profile(self, inside: Candidates, edge: float) -> Profile:
+        """Sum up the side of the body that faces the sensor, up to ``depth`` behind its edge."""
+        body = inside.x <= edge + self._method.depth
+        ahead, (_, left, up) = inside.x[body], inside.position[body].T
+        return profile(ahead, left, up, self._method)
+
     def _follow(self, sighting: Sighting) -> None:
-        """Give a sighting to the body that it is of, or begin another."""
+        """Give a sighting to the body that it belongs to, or begin another."""
         if not self._present.continues(sighting, self._jump):
             if self._shelved.continues(sighting, self._jump):
                 self._present, self._shelved = self._shelved, Body()
             else:
-                # What was never seen to move is not worth coming back to.
+                # A body whose motion was never found is not worth coming back to.
                 if self._present.trend is not None:
                     self._shelved = self._present
                 self._present = Body()
         self._present.add(sighting, self._method)
 
     def _answer(self, too_few: bool) -> TrackedTTC:
-        """Say what is known of the body at its last sighting."""
+        """Give the answer about the body at its last sighting."""
         trend, sightings = self._present.trend, self._present.sightings
         if trend is None:
             return only_where(Status.WARMING_UP, sightings[-1].edge - self._front_offset if sightings else math.nan)
@@ -153,7 +159,7 @@ class CloudTracker:
             Status.CLOSING: speed > 0,
             Status.NOT_CLOSING: True,
         }
-        # What is not known of the distance counts for as much as it makes of the time.
+        # The error of the distance counts by its share in the time.
         noise = self._method.range_noise
         either_way = math.hypot(spread, speed * NINE_TENTHS * noise / max(distance, noise))
         return TrackedTTC(
@@ -166,7 +172,7 @@ class CloudTracker:
         )
 
     def _coast(self, stamp: float) -> TrackedTTC:
-        """Nothing is ahead: the body that was there a moment ago goes on as it did."""
+        """Give the answer when nothing is ahead: the body that was there a moment ago goes on as it did."""
         trend, sightings = self._present.trend, self._present.sightings
         if not sightings:
             return nothing(Status.CLEAR, math.inf)
@@ -178,7 +184,7 @@ class CloudTracker:
 
 
 def _time(distance: float, closing_speed: float) -> float:
-    """At a constant speed, s; 0 in contact, infinite where nothing closes."""
+    """Give the time to cover ``distance`` at a constant speed, s; 0 in contact, infinite where nothing closes."""
     return max(distance, 0.0) / closing_speed if closing_speed > 0 else math.inf
 
 

@@ -1,4 +1,4 @@
-"""Which points count: a corridor ahead, above the road, bright enough."""
+"""The gate: which points count. It is a corridor ahead, straight or curved, above the road, of points bright enough."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Candidates:
-    """The points inside a gate, nearest first; of two as near the one with the lower index first."""
+    """The points inside a gate, nearest first, and of two at one distance the one with the lower index first."""
 
     x: Doubles
-    """Distance ahead, m, of shape (N,); rounded to the dtype of the cloud."""
+    """Distances ahead, m, of shape (N,), rounded to the dtype of the cloud."""
     index: NDArray[np.intp]
-    """Which point of the cloud, of shape (N,)."""
+    """Index of each in the cloud, of shape (N,)."""
     position: Doubles
     """Forward, left and up, m, of shape (N, 3)."""
 
 
 def candidates(cloud: Cloud, gate: Gate) -> Candidates:
-    """Pick the points inside the gate."""
+    """Find the points inside the gate."""
     if gate.intensity is not None and cloud.intensity is None:
         raise ValueError("gate has bounds on intensity, but the points have no intensity")
     forward, left, up = (_oriented(cloud.xyz, axis) for axis in gate.axes)
@@ -67,7 +67,7 @@ def path_coordinates(x: Floats, y: Floats, curvature: float) -> tuple[Doubles, D
     """
     x, y = x.astype(np.float64), y.astype(np.float64)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        # Behind the circle's centre the sign of a zero is half a turn: it is the path's, not the stored number's.
+        # Behind the circle's centre the sign of a zero decides half a turn: it is the path's, not the stored number's.
         ahead = np.where(x == 0, math.copysign(0.0, curvature), curvature * x)
         across = 1 - curvature * y
         angle = np.array(
@@ -86,7 +86,7 @@ def height_above(road: tuple[float, float, float], x: Floats, y: Floats, z: Floa
 
 
 def checked_gate(gate: Any) -> Gate:
-    """Say which points count."""
+    """Return the gate; None stands for ``Gate()``."""
     if gate is None:
         return Gate()
     if not isinstance(gate, Gate):
@@ -95,14 +95,14 @@ def checked_gate(gate: Any) -> Gate:
 
 
 def _oriented(xyz: Floats, axis: str) -> Floats:
-    """Give one of forward, left and up, which is stored where ``axis`` says, with "-" if it points the other way."""
+    """Give the coordinate along an axis such as "x" or "-y"; "-" says that the stored one points the other way."""
     stored: Floats = xyz[COORDINATES.index(axis.removeprefix("-"))]
-    # Not -stored: that would give 0 a sign, which decides on which way round half a turn along the path is.
+    # Not -stored: that would give 0 a sign, which decides which way half a turn along the path goes.
     return 0 - stored if axis.startswith("-") else stored
 
 
 def _within(values: NDArray[Any], bounds: tuple[float, float]) -> Bools:
-    """Whether values are in the interval. Both ends belong to it, and are rounded to the dtype of floats."""
+    """Whether values are in the interval, ends included. The ends are rounded to the dtype of floats."""
     if values.dtype.kind != "f":
         values = values.astype(np.float64)
     low, high = (rounded(bound, values.dtype) for bound in bounds)

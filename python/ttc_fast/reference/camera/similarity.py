@@ -1,4 +1,4 @@
-"""A similarity between two pictures: scale, turn and shift at once, with positions as complex numbers.
+"""Similarities between two pictures: scale, turn and shift at once, with positions as complex numbers.
 
 Products are written out, because a complex product may be fused differently by every compiler, and sums are taken in
 order: what agrees with a similarity is then the same, to the bit, wherever it is computed.
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
 
 SAME_SPOT = np.finfo(np.float64).eps ** 2
-"""Positions whose squared distance is no more than this, px^2, are one spot: that of the smallest step above 1."""
+"""Positions whose squared distance is at most this, px^2, are one spot: the square of the smallest step above 1."""
 
 
 class Similarity(NamedTuple):
-    """``now = turn before + shift``."""
+    """The map ``now = turn before + shift``."""
 
     turn: complex
     shift: complex
@@ -49,7 +49,7 @@ def about(turn: complex, before: complex, now: complex) -> Similarity:
 
 
 def centred(before: Doubles, now: Doubles) -> Centred | None:
-    """Take matches about their centres; None of no matches, and of matches on one spot."""
+    """Centre matches; None if there are none, or if all are on one spot."""
     count = len(before)
     if count == 0:
         return None
@@ -79,7 +79,7 @@ def through(before: Doubles, now: Doubles, i: int, j: int) -> Similarity | None:
 
 
 def squared_residuals(similarity: Similarity, before: Doubles, now: Doubles) -> Doubles:
-    """How far each match is from where it should be now, squared."""
+    """Find the squared distance of each match from where the similarity puts it now."""
     turn, shift = similarity
     px, py = before.T
     x = turn.real * px - turn.imag * py + shift.real - now[:, 0]

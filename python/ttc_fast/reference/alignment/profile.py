@@ -1,4 +1,4 @@
-"""The side of a body that faces the sensor, cell by cell."""
+"""The side of a body that faces the sensor, summed up cell by cell in each frame."""
 
 from __future__ import annotations
 
@@ -11,36 +11,45 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast._core import Alignment
-    from ttc_fast.reference.gate import Candidates
 
     Doubles = NDArray[np.float64]
 
 FARTHEST = 32_000
 """Columns and levels are numbered up to here, to either side."""
-WIDE = 3.0
-"""Points further from the median of their cell than this times the range noise don't count."""
+FARTHEST_FROM_MEDIAN = 3.0
+"""Points farther from the median of their cell than this times the range noise do not count."""
 
 
 @dataclass(frozen=True)
 class Profile:
-    """What is known of each cell with points in it; cells in the order of their columns, upwards in each."""
+    """A body in one frame: its cells with points in them, in the order of their columns, upwards in each."""
 
     column: NDArray[np.int64]
-    """To the left, in widths of a cell."""
+    """Number of each cell to the left, in widths of a cell."""
     level: NDArray[np.int64]
-    """Upwards, in heights of a cell."""
+    """Number of each cell upwards, in heights of a cell."""
     count: Doubles
-    """Points that count."""
+    """The number of points that count in each cell."""
     x: Doubles
-    """Their mean distance ahead, m."""
+    """The mean distance ahead of these points, m."""
     z: Doubles
-    """Their mean height, m."""
+    """The mean height of these points, m."""
 
 
-def profile(inside: Candidates, edge: float, settings: Alignment) -> Profile:
-    """Sum up a body whose nearest point is at ``edge``, and which counts up to ``depth`` behind that."""
-    body = inside.x <= edge + settings.depth
-    x, (_, y, z) = inside.x[body], inside.position[body].T
+@dataclass(frozen=True)
+class Sighting:
+    """A body in one frame: its stamp, its edge and its profile."""
+
+    stamp: float
+    """Stamp of the frame, s."""
+    edge: float
+    """The robust nearest distance, m."""
+    profile: Profile
+    """The side that faces the sensor."""
+
+
+def profile(x: Doubles, y: Doubles, z: Doubles, settings: Alignment) -> Profile:
+    """Sum up the points of a body; ``x`` is ahead, ``y`` to the left and ``z`` upwards, m."""
     column, level = _numbered(y, settings.cell[0]), _numbered(z, settings.cell[1])
     order = np.lexsort((x, level, column))
     x, z, column, level = x[order], z[order], column[order], level[order]
@@ -50,8 +59,8 @@ def profile(inside: Candidates, edge: float, settings: Alignment) -> Profile:
     first, cell = np.flatnonzero(new), np.cumsum(new) - 1
     size = np.bincount(cell, minlength=len(first))
     median = (x[first + (size - 1) // 2] + x[first + size // 2]) / 2
-    near = np.abs(x - median[cell]) <= WIDE * settings.range_noise
-    # Two points that far apart have no majority: both count.
+    near = np.abs(x - median[cell]) <= FARTHEST_FROM_MEDIAN * settings.range_noise
+    # Of two points far apart neither is the majority, so both count.
     near |= np.bincount(cell, near)[cell] == 0
     count = np.bincount(cell, near).astype(np.float64)
     return Profile(
