@@ -67,6 +67,14 @@ def finite(argument: str, value: Any) -> float:
     return result
 
 
+def not_nan(argument: str, value: Any) -> float:
+    """Return ``value`` as a float if it is a single number other than NaN."""
+    result = number(argument, value)
+    if math.isnan(result):
+        raise ValueError(f"{argument} must be a number, got {result}")
+    return result
+
+
 def non_negative(argument: str, value: Any) -> float:
     """Return ``value`` as a float if it is a single finite number of at least 0."""
     result = finite(argument, value)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def time_to_collision(clearance: NDArray[Float], closing: NDArray[Float], min_closing_speed: Float) -> NDArray[Float]:
-    """Seconds until each clearance is used up: ``clearance / closing``, in their dtype.
+    """Return the seconds until each clearance is used up: ``clearance / closing``, in their dtype.
 
     Parameters
     ----------
@@ -38,6 +38,6 @@ def time_to_collision(clearance: NDArray[Float], closing: NDArray[Float], min_cl
 
 
 def rounded(value: float, dtype: np.dtype[Float]) -> Float:
-    """``value`` as the nearest scalar of ``dtype``; infinite where it is too large for it."""
+    """Return ``value`` as the nearest scalar of ``dtype``; infinite where it is too large for it."""
     with np.errstate(over="ignore", under="ignore"):
         return dtype.type(value)

@@ -7,19 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.reference.arguments import checked_dt, finite, floats, number, output
+from ttc_fast.reference.arguments import checked_dt, finite, floats, non_negative, not_nan, output, positive
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
-NOT_NAN, FINITE, AT_LEAST_ZERO, ABOVE_ZERO = "a number", "finite", "finite and at least 0", "finite and above 0"
-
 
 def ttc_from_distances(previous: float, current: float, dt: float) -> float:
-    """Time-to-collision from two distances, if the gap goes on shrinking as it did, s.
+    """Return the time-to-collision from two distances, if the gap goes on shrinking as it did, s.
 
     Arguments, result and errors are those of ``ttc_fast.ttc_from_distances``. TTC = d1 dt / (d0 - d1).
 
@@ -39,7 +37,7 @@ def ttc_from_distances(previous: float, current: float, dt: float) -> float:
 
 
 def ttc_constant_velocity(distance: Any, *, closing_speed: Any, status_out: NDArray[np.uint8] | None = None) -> Any:
-    """Seconds until a distance is used up at constant closing speed.
+    """Return the seconds until a distance is used up at constant closing speed.
 
     Arguments, result and errors are those of ``ttc_fast.ttc_constant_velocity``.
 
@@ -49,14 +47,14 @@ def ttc_constant_velocity(distance: Any, *, closing_speed: Any, status_out: NDAr
     >>> reference.ttc_constant_velocity(10.0, closing_speed=5.0)
     2.0
     """
-    arguments = {"distance": (distance, NOT_NAN), "closing_speed": (closing_speed, FINITE)}
+    arguments = {"distance": (distance, not_nan), "closing_speed": (closing_speed, finite)}
     return _each(lambda d, v: _first_root(d, v, 0.0), arguments, status_out)
 
 
 def ttc_constant_acceleration(
     distance: Any, *, closing_speed: Any, closing_acceleration: Any, status_out: NDArray[np.uint8] | None = None
 ) -> Any:
-    """Give the first positive root of ``distance = closing_speed t + closing_acceleration t^2 / 2``.
+    """Return the first positive root of ``distance = closing_speed t + closing_acceleration t^2 / 2``.
 
     Arguments, result and errors are those of ``ttc_fast.ttc_constant_acceleration``.
 
@@ -67,15 +65,15 @@ def ttc_constant_acceleration(
     1.127
     """
     arguments = {
-        "distance": (distance, NOT_NAN),
-        "closing_speed": (closing_speed, FINITE),
-        "closing_acceleration": (closing_acceleration, FINITE),
+        "distance": (distance, not_nan),
+        "closing_speed": (closing_speed, finite),
+        "closing_acceleration": (closing_acceleration, finite),
     }
     return _each(_first_root, arguments, status_out)
 
 
 def time_headway(distance: Any, *, speed: Any) -> Any:
-    """Seconds until a follower is where the one ahead is now.
+    """Return the seconds until a follower is where the one ahead is now.
 
     Arguments, result and errors are those of ``ttc_fast.time_headway``.
 
@@ -93,11 +91,11 @@ def time_headway(distance: Any, *, speed: Any) -> Any:
             return math.inf
         return 0.0 if d <= 0 else _divided(d, v)
 
-    return _each(headway, {"distance": (distance, NOT_NAN), "speed": (speed, FINITE)})
+    return _each(headway, {"distance": (distance, not_nan), "speed": (speed, finite)})
 
 
 def deceleration_to_avoid_crash(distance: Any, *, closing_speed: Any) -> Any:
-    """Give the constant deceleration that just avoids a crash.
+    """Return the constant deceleration that just avoids a crash.
 
     Arguments, result and errors are those of ``ttc_fast.deceleration_to_avoid_crash``.
 
@@ -115,11 +113,11 @@ def deceleration_to_avoid_crash(distance: Any, *, closing_speed: Any) -> Any:
             return 0.0
         return math.inf if d <= 0 else v * _divided(v, 2 * d)
 
-    return _each(needed, {"distance": (distance, NOT_NAN), "closing_speed": (closing_speed, FINITE)})
+    return _each(needed, {"distance": (distance, not_nan), "closing_speed": (closing_speed, finite)})
 
 
 def stopping_distance(speed: Any, *, deceleration: Any, reaction_time: Any) -> Any:
-    """Say how far a vehicle goes until it stands.
+    """Return how far a vehicle goes until it stands.
 
     Arguments, result and errors are those of ``ttc_fast.stopping_distance``.
 
@@ -136,9 +134,9 @@ def stopping_distance(speed: Any, *, deceleration: Any, reaction_time: Any) -> A
         return abs(v) * t + abs(v) * _divided(abs(v), 2 * a)
 
     arguments = {
-        "speed": (speed, FINITE),
-        "deceleration": (deceleration, ABOVE_ZERO),
-        "reaction_time": (reaction_time, AT_LEAST_ZERO),
+        "speed": (speed, finite),
+        "deceleration": (deceleration, positive),
+        "reaction_time": (reaction_time, non_negative),
     }
     return _each(stopping, arguments)
 
@@ -152,7 +150,7 @@ def rss_longitudinal_distance(
     braking_min: Any,
     braking_max: Any,
 ) -> Any:
-    """Give the safe longitudinal distance of RSS.
+    """Return the safe longitudinal distance of RSS.
 
     Arguments, result and errors are those of ``ttc_fast.rss_longitudinal_distance``.
 
@@ -173,12 +171,12 @@ def rss_longitudinal_distance(
         return 0.0 if gap < 0 else gap
 
     arguments = {
-        "rear_speed": (rear_speed, FINITE),
-        "front_speed": (front_speed, FINITE),
-        "response_time": (response_time, AT_LEAST_ZERO),
-        "acceleration_max": (acceleration_max, AT_LEAST_ZERO),
-        "braking_min": (braking_min, ABOVE_ZERO),
-        "braking_max": (braking_max, ABOVE_ZERO),
+        "rear_speed": (rear_speed, finite),
+        "front_speed": (front_speed, finite),
+        "response_time": (response_time, non_negative),
+        "acceleration_max": (acceleration_max, non_negative),
+        "braking_min": (braking_min, positive),
+        "braking_max": (braking_max, positive),
     }
     return _each(distance, arguments)
 
@@ -216,7 +214,9 @@ def _status(d: float, v: float, a: float = 0.0) -> Status:
 
 
 def _each(
-    formula: Callable[..., float], arguments: dict[str, tuple[Any, str]], status_out: NDArray[np.uint8] | None = None
+    formula: Callable[..., float],
+    arguments: Mapping[str, tuple[Any, Callable[[str, Any], float]]],
+    status_out: NDArray[np.uint8] | None = None,
 ) -> Any:
     """Apply ``formula`` to each element in float64, and round to the dtype of the arrays; a float if there are none."""
     values = {name: _checked(name, *argument) for name, argument in arguments.items()}
@@ -240,17 +240,8 @@ def _each(
     return out
 
 
-def _checked(argument: str, value: Any, domain: str) -> Any:
-    """``value`` as an array, or as a number within ``domain``."""
+def _checked(argument: str, value: Any, check: Callable[[str, Any], float]) -> Any:
+    """Return ``value`` as an array, or as a number that passes the check."""
     if np.ndim(value) > 0 or isinstance(value, memoryview):
         return floats(argument, value)
-    result = number(argument, value)
-    fits = {
-        NOT_NAN: not math.isnan(result),
-        FINITE: math.isfinite(result),
-        AT_LEAST_ZERO: math.isfinite(result) and result >= 0,
-        ABOVE_ZERO: math.isfinite(result) and result > 0,
-    }
-    if not fits[domain]:
-        raise ValueError(f"{argument} must be {domain}, got {result}")
-    return result
+    return check(argument, value)

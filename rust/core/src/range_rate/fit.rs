@@ -5,8 +5,8 @@
 //! after it by no more than noise and the largest acceleration explain. The range rate is the slope of the line of
 //! least squares through these readings.
 
-use super::RateSettings;
 use super::history::{GROUP, Group, Past, group};
+use super::settings::RateSettings;
 
 /// What is fitted to a group of beams.
 pub(super) struct Rates {
