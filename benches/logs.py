@@ -34,7 +34,7 @@ from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.rosbag1 import MAGIC, Bag
 from ttc_fast.logs.rosbag2 import Database
 from ttc_fast.replay import Replay, Settings
-from ttc_fast.replay.rows_out import CsvWriter
+from ttc_fast.replay.row import CsvWriter
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import functools
 import math
 from dataclasses import dataclass
 from enum import Enum
@@ -235,6 +236,7 @@ def setting(default: Any, kind: Kind, sentence: str, usual: tuple[float, float] 
     return dataclasses.field(default=default, metadata={"kind": kind, "sentence": sentence, "usual": usual})
 
 
+@functools.cache
 def settings_of(kind: Any) -> tuple[Setting, ...]:
     """Return the settings of a dataclass; fields that ``setting`` did not make are none."""
     fields = [each for each in dataclasses.fields(kind) if "sentence" in each.metadata]

@@ -28,8 +28,8 @@ from ttc_fast import Command
 from ttc_fast.cli import main
 from ttc_fast.cli.exits import EXTRAS
 from ttc_fast.logs import ScanLog, open_log
-from ttc_fast.replay import Replay, Row, Settings, sample, screen
-from ttc_fast.replay.rows_out import BATCH, CsvWriter
+from ttc_fast.replay import Replay, Row, Settings, sample, terminal
+from ttc_fast.replay.row import BATCH, CsvWriter
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.files import read_configuration, read_parameters
 from ttc_fast.ros.settings import NodeSettings
@@ -321,9 +321,9 @@ def test_a_config_with_a_mistake_names_it(tmp_path: Path, capsys: pytest.Capture
 
 def test_a_terminal_sees_the_last_rows_and_a_bar_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = io.StringIO()
-    terminal = Console(file=shown, force_terminal=True, width=100, highlight=False)
-    monkeypatch.setattr(screen, "TICK", 0.0)
-    assert len(list(screen.watch(Replay(SCANS), terminal))) == len(ROWS)
+    console = Console(file=shown, force_terminal=True, width=100, highlight=False)
+    monkeypatch.setattr(terminal, "TICK", 0.0)
+    assert len(list(terminal.watch(Replay(SCANS), console))) == len(ROWS)
     said = re.sub(r"\x1b\[[^a-zA-Z]*[a-zA-Z]", "", shown.getvalue())
     assert "approach.npz" in said
     assert f"129/{len(ROWS)}" in said

@@ -26,7 +26,7 @@ from ttc_fast import (
 from ttc_fast.configuration import Configuration, ConfigurationError
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
 from ttc_fast.replay import Replay, Row, Settings, Summary, sample
-from ttc_fast.replay.series import MOST, Series
+from ttc_fast.replay.run import MOST_ROWS, Series
 from ttc_fast.replay.summary import is_isolated
 
 OUTLINE = (-0.1, 0.4, -0.15, 0.15)
@@ -304,11 +304,11 @@ def test_events_are_from_the_first_to_the_last_row_that_brakes() -> None:
 
 
 def test_a_series_stays_small_and_keeps_what_matters() -> None:
-    series, count = Series(), 10 * MOST + 7
+    series, count = Series(), 10 * MOST_ROWS + 7
     for frame in range(count):
         command = Command.BRAKE if frame == 12345 else Command.NONE
         series.add(row(frame, 0.25 if frame == 23456 else 9.0, command))
-        assert len(series.rows) <= MOST
+        assert len(series.rows) <= MOST_ROWS
     series.end()
     assert series.step == 16
     frames = [each.frame for each in series.rows]

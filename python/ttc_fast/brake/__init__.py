@@ -1,6 +1,5 @@
 """From time-to-collision to a decision: when to brake, and why."""
 
-from ttc_fast.brake.command import Command, Counters, Decision, Reason
 from ttc_fast.brake.controller import BrakeController
 from ttc_fast.brake.criteria import (
     EstimateThreshold,
@@ -9,11 +8,25 @@ from ttc_fast.brake.criteria import (
     StoppingDistance,
     SweptPathThreshold,
 )
-from ttc_fast.brake.scene import Criterion, Evaluation, Needs, Threats
-from ttc_fast.brake.sight import Estimate, Motion, Source, Threat
+from ttc_fast.brake.settings import BrakeSettings
+from ttc_fast.brake.types import (
+    Command,
+    Counters,
+    Criterion,
+    Decision,
+    Estimate,
+    Evaluation,
+    Motion,
+    Needs,
+    Reason,
+    Source,
+    Threat,
+    Threats,
+)
 
 __all__ = [
     "BrakeController",
+    "BrakeSettings",
     "Command",
     "Counters",
     "Criterion",

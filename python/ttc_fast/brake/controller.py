@@ -1,31 +1,30 @@
-"""From what the sensors see to a command, and why."""
+"""From what the sensors see to a command, and why: receive, assess, vote, decide."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import threading
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._validate import finite, flag
-from ttc_fast.brake.answer import decide, watchdog
-from ttc_fast.brake.command import Command
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
-from ttc_fast.brake.eyes import Frame, ThreatAssessment
-from ttc_fast.brake.inputs import checked_estimate, checked_motion, commanded_motion, several
-from ttc_fast.brake.memory import CLOCK_TOLERANCE, ControllerState
+from ttc_fast.brake.decide import decide, watchdog
 from ttc_fast.brake.settings import BrakeSettings
-from ttc_fast.brake.sight import Motion
-from ttc_fast.brake.votes import NOfM
+from ttc_fast.brake.state import CLOCK_TOLERANCE, ControllerState, NOfM, checked_commanded
+from ttc_fast.brake.threats import Frame, ThreatAssessment
+from ttc_fast.brake.types import Command, Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ttc_fast import RangeRate, ScanTTC, SweptPath
-    from ttc_fast.brake.command import Decision
-    from ttc_fast.brake.scene import Criterion, Evaluation, Threats
-    from ttc_fast.brake.sight import Estimate
+    from ttc_fast.brake.types import Criterion, Decision, Estimate, Evaluation, Threats
 
-NO_DATA, CONTACT = Status.NO_DATA, Status.CONTACT  # the look-up of an enum's member takes longer than that of a name
+BRAKE = Command.BRAKE  # a name is looked up faster than the member of an enumeration
+NO_DATA, INVALID, WARMING_UP, CONTACT = Status.NO_DATA, Status.INVALID, Status.WARMING_UP, Status.CONTACT
+STATE_VERSION = 1
+REMEMBERED = [field.name for field in fields(ControllerState)]
 
 
 class BrakeController:
@@ -135,15 +134,15 @@ class BrakeController:
             when_blind=when_blind,
         )
         self._trigger, self._release = NOfM(trigger), NOfM(release)
-        self._brakes_blind = when_blind == Command.BRAKE
         self._assessment = ThreatAssessment(scan, path, range_rate, time_increment, horizon)
         self._first, *self._others = self._assessment.check(criteria if criteria is not None else self._default())
         self._state = ControllerState()
+        self._lock = threading.RLock()
 
     def _default(self) -> list[Criterion]:
         if self._assessment.only_estimates:
             return [EstimateThreshold(), StoppingDistance()]
-        first: Criterion = SweptPathThreshold() if self._assessment.sees_path else IttcThreshold()
+        first: Criterion = SweptPathThreshold() if self._assessment.has_path else IttcThreshold()
         return [first, StoppingDistance()]
 
     def update(
@@ -202,132 +201,169 @@ class BrakeController:
         BRAKE (WAITING)
         """
         now = finite("now", now)
-        state, settings = self._state, self._settings
-        commanded = None if commanded is None else commanded_motion(commanded)
         override = override if type(override) is bool else flag("override", override)
-        if motion is not None:
-            self._take(motion, now)
-        if estimate is not None:
-            estimate = checked_estimate(estimate)
-            if not estimate.saw_nothing:
-                state.estimate = estimate
-        if ranges is not None or points is not None:
-            if ranges is not None and (points is not None or getattr(ranges, "ndim", 1) != 1):
-                raise several(ranges, points)
-            opinion = state.fresh_estimate(now, settings.sensor_timeout)
-            self._look(Frame(now, finite("stamp", stamp), ranges, points, opinion), commanded)
-        elif estimate is not None and self._assessment.only_estimates:
-            self._look(Frame(now, estimate.stamp, None, None, estimate), commanded)
-        unsafe = watchdog(state, settings, now)
-        if unsafe is not None and self._brakes_blind:
-            state.brake(now, None)
-        return decide(state, settings, now, unsafe, override)
+        with self._lock:
+            frame, status = self._receive(now, ranges, points, stamp, motion, estimate, commanded)
+            threats = None
+            if frame is not None:
+                status, threats = self._assess(frame)
+                self._vote(frame, threats)
+            unsafe = watchdog(self._state, self._settings, now)
+            if unsafe is not None and self._settings.when_blind == BRAKE:
+                self._state.brake(now, None)
+            return decide(
+                self._state, self._settings, now, unsafe=unsafe, override=override, status=status, threats=threats
+            )
 
-    def _take(self, motion: Motion, now: float) -> None:
-        """Remember the newest odometry."""
-        motion = checked_motion("motion", motion)
-        stamp = now if motion.stamp is None else motion.stamp
-        if self._state.motion_at <= stamp <= now + CLOCK_TOLERANCE:
-            self._state.motion = motion
-            self._state.motion_at = stamp
-
-    def _look(self, frame: Frame, commanded: Motion | None) -> None:
-        """Judge a frame, count its votes, and begin or end braking."""
+    def _receive(
+        self, now: float, ranges: Any, points: Any, stamp: Any, motion: Any, estimate: Any, commanded: Any
+    ) -> tuple[Frame | None, Status | None]:
+        """Check what came and remember it; return the frame to assess, or the status where there is none."""
         state, settings = self._state, self._settings
-        now, stamp = frame.now, frame.stamp
+        if commanded is not None:
+            commanded = checked_commanded(commanded)
+        if motion is not None:
+            state.receive_motion(motion, now)
+        if estimate is not None:
+            estimate = state.receive_estimate(estimate)
+        if ranges is not None or points is not None:
+            if ranges is not None:
+                if points is not None:
+                    raise ValueError(
+                        "a frame must be ranges or points, not both: give each scan and each cloud an update"
+                    )
+                if getattr(ranges, "ndim", 1) != 1:
+                    raise ValueError(f"ranges must be one scan, of shape (beams,), got shape {tuple(ranges.shape)}")
+            stamp = finite("stamp", stamp)
+            estimate = state.fresh_estimate(now, settings.sensor_timeout)
+        elif estimate is not None and self._assessment.only_estimates:
+            stamp = estimate.stamp
+        else:
+            return None, None
         if not state.frame_at < stamp <= now + CLOCK_TOLERANCE:
             state.ignored += 1
-            return
-        motion = state.fresh_motion(now, settings.motion_timeout)
-        threats = self._assessment.assess(frame, motion)  # which raises for data that it cannot read: they do not count
-        state.frames += 1
-        state.frame_at = stamp
-        if not self._sees(threats, stamp):
-            state.clears = self._release.push(state.clears, False)
-            return
-        state.criterion, state.evaluation = self._worst(threats)
-        state.rests_in_contact = False
-        if threats.status is CONTACT:
-            motion = self._in_contact(frame, motion, commanded)
-        value, threshold, _ = state.evaluation
-        clear = value >= settings.release_at * threshold
-        if clear and state.braking:
-            clear = self._would_be_clear(frame, motion, commanded)
-        triggered = value < threshold
-        state.triggers = self._trigger.push(state.triggers, triggered)
-        state.clears = self._release.push(state.clears, clear)
-        if triggered or state.braking:
-            self._count(now, triggered, motion)
+            return None, INVALID
+        fresh = state.fresh_motion(now, settings.motion_timeout)
+        return Frame(now, stamp, ranges, points, estimate, fresh, commanded), None
 
-    def _sees(self, threats: Threats, stamp: float) -> bool:
-        """Whether a frame is not blind and can be judged; remember when that was so."""
+    def _assess(self, frame: Frame) -> tuple[Status, Threats | None]:
+        """Assess a frame and count it; return its status, and its threats unless they cannot be evaluated."""
         state = self._state
+        threats = self._assessment.assess(frame)  # raises for data that it cannot read: such a frame does not count
+        state.frames += 1
+        state.frame_at = frame.stamp
         if threats.status is NO_DATA or threats.returns < self._settings.min_returns:
             state.blind += 1
-            return False
-        state.seen_at = stamp
-        if threats.judged:
-            state.judged_at = stamp
-        return threats.judged
+            return NO_DATA, None
+        state.seen_at = frame.stamp
+        if not threats.closing_speed_known:
+            return WARMING_UP, None
+        state.evaluated_at = frame.stamp
+        return threats.status, threats
 
-    def _in_contact(self, frame: Frame, motion: Motion | None, commanded: Motion | None) -> Motion | None:
-        """Judge what is commanded as well, as long as nothing brakes yet; give the motion that decided."""
-        state = self._state
-        state.rests_in_contact = not (moves(motion) or moves(commanded))
-        if commanded is None or state.braking:
-            return motion
-        criterion, evaluation = self._worst(self._assessment.assess_along(frame, commanded))
-        if not evaluation.more_urgent_than(state.evaluation):
-            return motion
-        state.criterion, state.evaluation = criterion, evaluation
-        return commanded
-
-    def _count(self, now: float, triggered: bool, motion: Motion | None) -> None:
-        """Begin or end braking when the votes carry."""
+    def _vote(self, frame: Frame, threats: Threats | None) -> None:
+        """Evaluate the threats of a frame, count its two votes, and begin or end braking."""
         state, settings = self._state, self._settings
+        if threats is None:  # a frame that shows nothing is not clear
+            state.release_votes = self._release.push(state.release_votes, False)
+            return
+        motion, commanded = frame.motion, frame.commanded
+        criterion, evaluation = self._most_urgent(threats)
+        state.rests_in_contact = False
+        if threats.status is CONTACT and not self._assessment.only_estimates:
+            state.rests_in_contact = not (moves(motion) or moves(commanded))
+            if commanded is not None and not state.braking:  # the vehicle must not be driven deeper into contact
+                other, of_commanded = self._most_urgent(self._assessment.assess_along(frame, commanded))
+                if of_commanded.more_urgent_than(evaluation):
+                    criterion, evaluation, motion = other, of_commanded, commanded
+        state.criterion, state.evaluation = criterion, evaluation
+        triggered = evaluation.value < evaluation.threshold
+        clear = evaluation.value >= settings.release_at * evaluation.threshold
+        if clear and state.braking:
+            clear = self._would_be_clear(frame)
+        state.trigger_votes = self._trigger.push(state.trigger_votes, triggered)
+        state.release_votes = self._release.push(state.release_votes, clear)
         if triggered:
-            if state.braking or self._trigger.reached(state.triggers):
-                state.brake(now, motion)
-        elif self._release.reached(state.clears) and now - state.triggered_at >= settings.hold:
-            state.braking = False
-            state.triggers = 0
+            if state.braking or self._trigger.reached(state.trigger_votes):
+                state.brake(frame.now, motion)
+        elif (
+            state.braking
+            and self._release.reached(state.release_votes)
+            and frame.now - state.triggered_at >= settings.hold
+        ):
+            state.release()
 
-    def _worst(self, threats: Threats) -> tuple[Criterion, Evaluation]:
-        """Judge by every criterion: the one nearest to its threshold, or beyond it by most."""
-        worst, says = self._first, self._first.evaluate(threats)
+    def _most_urgent(self, threats: Threats) -> tuple[Criterion, Evaluation]:
+        """Return the criterion that is nearest to its threshold, or beyond it by most, and its evaluation."""
+        urgent, evaluation = self._first, self._first.evaluate(threats)
         for criterion in self._others:
-            evaluation = criterion.evaluate(threats)
-            if evaluation.more_urgent_than(says):
-                worst, says = criterion, evaluation
-        return worst, says
+            other = criterion.evaluate(threats)
+            if other.more_urgent_than(evaluation):
+                urgent, evaluation = criterion, other
+        return urgent, evaluation
 
-    def _would_be_clear(self, frame: Frame, motion: Motion | None, commanded: Motion | None) -> bool:
-        """Whether a braked vehicle sees nothing on what it would go on with: being slow is not being safe."""
+    def _would_be_clear(self, frame: Frame) -> bool:
+        """Return whether a frame is clear for the motion that a braked vehicle would continue with.
+
+        Being slow is not being safe: the vehicle sees nothing come closer because it is braked.
+        """
         if self._assessment.only_estimates:
-            return True  # nobody knows what else would be estimated then
-        continued = commanded if commanded is not None else self._continued_motion(motion)
-        if continued is None:
+            return True  # nobody knows what would be estimated at another motion
+        continued_motion = frame.commanded if frame.commanded is not None else self._continued_motion(frame.motion)
+        if continued_motion is None:
             return True
-        _, (value, threshold, _) = self._worst(self._assessment.assess_along(frame, continued))
+        _, (value, threshold, _) = self._most_urgent(self._assessment.assess_along(frame, continued_motion))
         return value >= self._settings.release_at * threshold
 
     def _continued_motion(self, motion: Motion | None) -> Motion | None:
-        """Return what a vehicle would go on with if it were released and nothing is commanded."""
+        """Return the motion of a vehicle that is released and not commanded, or None where that is not known."""
         if motion is None:
-            return None  # the range rate has judged what there is to judge
+            return None  # the range rate has given all the closing speeds that there are
         before = self._state.braked_from
         if motion.speed == 0.0 or abs(motion.speed) < self._settings.standstill_speed:
             return before
         faster = max(abs(before.speed / motion.speed), 1.0)  # the way it is on, at the speed it braked from
         return Motion(motion.speed * faster, motion.yaw_rate * faster, motion.lateral_speed * faster)
 
+    @property
+    def criteria(self) -> tuple[Criterion, ...]:
+        """The criteria, in the order in which they were given."""
+        return (self._first, *self._others)
+
+    @property
+    def settings(self) -> BrakeSettings:
+        """The settings, defaults included."""
+        return self._settings
+
+    def reset(self) -> None:
+        """Forget everything: frames, odometry, estimates, votes, and what the range rate has taken up.
+
+        Returns
+        -------
+        None
+
+        Examples
+        --------
+        >>> from ttc_fast import BrakeController, Estimate
+        >>> controller = BrakeController()
+        >>> controller.update(1.0, estimate=Estimate(1.0, ttc=9.0)).reason.name
+        'CLEAR'
+        >>> controller.reset()
+        >>> controller.update(1.1).reason.name
+        'WAITING'
+        """
+        with self._lock:
+            self._state = ControllerState()
+            self._assessment.reset()
+
     def state(self) -> dict[str, Any]:
-        """Return everything remembered, to go on from later.
+        """Return everything that the controller remembers, to go on from later.
 
         Returns
         -------
         dict
-            Of plain values and named tuples, which pickle.
+            The version of the state, the fields of ``ControllerState``, and ``range_rate``, which is what the range
+            rate remembers. It is a copy, and it pickles.
 
         Examples
         --------
@@ -336,7 +372,9 @@ class BrakeController:
         >>> state = controller.state()
         >>> controller.restore(state)
         """
-        return {"controller": replace(self._state), "assessment": self._assessment.state()}
+        with self._lock:
+            remembered = {name: getattr(self._state, name) for name in REMEMBERED}
+            return {"version": STATE_VERSION, **remembered, "range_rate": self._assessment.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a state: a controller of the same settings then decides as the saved one would have.
@@ -344,7 +382,7 @@ class BrakeController:
         Parameters
         ----------
         state : dict
-            From ``state``.
+            A state that ``state`` returned.
 
         Returns
         -------
@@ -353,7 +391,9 @@ class BrakeController:
         Raises
         ------
         TypeError
-            If it is no such state.
+            If it is no state of a BrakeController.
+        ValueError
+            If it is a state of another version.
 
         Examples
         --------
@@ -362,13 +402,33 @@ class BrakeController:
         >>> controller.restore(controller.state())
         """
         try:
-            restored = replace(state["controller"])
-            self._assessment.restore(state["assessment"])
-        except (KeyError, TypeError):
+            version, range_rate = state["version"], state["range_rate"]
+            if version != STATE_VERSION:
+                raise ValueError(f"state has version {version!r}, and this release reads version {STATE_VERSION}")
+            remembered = {name: value for name, value in state.items() if name not in ("version", "range_rate")}
+            restored = ControllerState(**remembered)
+            with self._lock:
+                self._assessment.restore(range_rate)
+                self._state = restored
+        except (KeyError, TypeError, AttributeError):
             raise TypeError("state must be what a BrakeController's state() returned") from None
-        self._state = restored
+
+    def __getstate__(self) -> dict[str, Any]:
+        assessment = self._assessment
+        arguments = {
+            "criteria": self.criteria,
+            "scan": assessment.scan,
+            "path": assessment.path,
+            "range_rate": assessment.range_rate,
+            **asdict(self._settings),
+        }
+        return {"arguments": arguments, "state": self.state()}
+
+    def __setstate__(self, pickled: dict[str, Any]) -> None:
+        BrakeController.__init__(self, **pickled["arguments"])
+        self.restore(pickled["state"])
 
 
 def moves(motion: Motion | None) -> bool:
-    """Whether a motion goes anywhere."""
+    """Return whether a motion goes anywhere."""
     return motion is not None and any(motion[:3])

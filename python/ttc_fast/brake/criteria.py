@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ttc_fast._core import rss_longitudinal_distance, stopping_distance
 from ttc_fast._settings import Number, check_fields, setting
-from ttc_fast.brake.scene import NOTHING, Criterion, Evaluation, Needs
+from ttc_fast.brake.types import NOTHING, Criterion, Evaluation, Needs
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.scene import Threats
-    from ttc_fast.brake.sight import Threat
+    from ttc_fast.brake.types import Threat, Threats
 
 
 TIME = Number(unit="s", positive=True)
@@ -129,9 +128,9 @@ class EstimateThreshold(TtcThreshold):
     def evaluate(self, threats: Threats) -> Evaluation:
         if threats.estimate is None:
             return NOTHING
-        if threats.touches:
+        if threats.estimate_in_contact:
             return Evaluation(0.0, self.threshold, threats.estimate)
-        ttc = threats.estimate.ttc if threats.sure else max(threats.estimate.ttc, self.threshold)
+        ttc = threats.estimate.ttc if threats.estimate_is_sure else max(threats.estimate.ttc, self.threshold)
         return Evaluation(ttc, self.threshold, threats.estimate)
 
 
@@ -179,9 +178,9 @@ class StoppingDistance(Criterion):
 
     def evaluate(self, threats: Threats) -> Evaluation:
         nearest = self._needed(threats.path or threats.beams)
-        if threats.estimate is None or not threats.sure:
+        if threats.estimate is None or not threats.estimate_is_sure:
             return nearest
-        estimated = self._needed(threats.estimate, threats.touches)
+        estimated = self._needed(threats.estimate, threats.estimate_in_contact)
         return estimated if estimated.more_urgent_than(nearest) else nearest
 
     def _needed(self, threat: Threat | None, touches: bool = False) -> Evaluation:
@@ -249,7 +248,9 @@ class RssDistance(Criterion):
         if target is None or threats.speed is None:
             return nearest
         # What touches and does not say how it moves is taken to stand.
-        closing = threats.speed if threats.touches and math.isnan(target.closing_speed) else target.closing_speed
+        closing = (
+            threats.speed if threats.estimate_in_contact and math.isnan(target.closing_speed) else target.closing_speed
+        )
         if not math.isfinite(target.clearance + closing):
             return nearest
         estimated = self._needed(target, threats.speed, max(threats.speed - closing, 0.0))

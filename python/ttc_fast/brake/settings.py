@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ttc_fast._settings import Choice, Count, Number, Votes, check_fields, setting
-from ttc_fast.brake.command import Command
+from ttc_fast.brake.types import Command
 
 SECONDS = Number(unit="s", least=0.0)
 TIMEOUT = Number(unit="s", positive=True)

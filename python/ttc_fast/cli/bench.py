@@ -35,7 +35,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Compare and print."""
     from ttc_fast import bench
-    from ttc_fast.replay.console import open_console
+    from ttc_fast.replay.terminal import open_console
 
     try:
         timings = bench.compare(arguments.beams, arguments.points, arguments.rounds)

@@ -43,8 +43,8 @@ def run(arguments: argparse.Namespace) -> None:
     import matplotlib  # noqa: F401 - said before the table, if it is missing
 
     from ttc_fast.replay import sample
-    from ttc_fast.replay.console import line, open_console
     from ttc_fast.replay.run import SAMPLES, name_of
+    from ttc_fast.replay.terminal import line, open_console
 
     settings, console = replay_options.settings(arguments), open_console()
     for path in arguments.paths or [sample(name) for name in SAMPLES]:

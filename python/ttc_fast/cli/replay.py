@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> None:
     if len(arguments.paths) > 1:
         run_many(arguments.paths, settings, arguments.out, arguments.plot, arguments.jobs)
         return
-    from ttc_fast.replay.console import open_console
+    from ttc_fast.replay.terminal import open_console
 
     spare_logs(arguments.paths, [arguments.out])
     played = show(arguments.paths[0], settings, open_console(), arguments.rows, arguments.out, arguments.plot)
@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def show(path: Path, settings: Settings, console: Console, rows: int, out: Path | None, plot: Path | None) -> Replay:
     """Replay one log: print its rows and its summary, write and draw it."""
-    from ttc_fast.replay.screen import print_rows, print_summary, watch
+    from ttc_fast.replay.terminal import print_rows, print_summary, watch
 
     played = opened(path, settings)
     play(played, watch(played, console), out, plot)
@@ -89,7 +89,7 @@ def check(played: Replay) -> None:
 
 def _check_outputs(out: Path | None, plot: Path | None) -> None:
     """Refuse names that say no format, and find out early that a package is missing."""
-    from ttc_fast.replay.rows_out import WRITERS
+    from ttc_fast.replay.row import WRITERS
 
     if out is not None:
         suffix = out.suffix.lower()

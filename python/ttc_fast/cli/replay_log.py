@@ -62,7 +62,7 @@ def make_folder(folder: Path) -> None:
 
 def _write(played: Replay, rows: Iterable[Row], out: Path | None) -> None:
     from ttc_fast.configuration import ConfigurationError
-    from ttc_fast.replay.rows_out import WRITERS
+    from ttc_fast.replay.row import WRITERS
 
     try:
         if out is None:

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
 def run_many(paths: list[Path], settings: Settings, out: Path | None, plot: Path | None, jobs: int | None) -> None:
     """Replay the logs, and print a line for each."""
-    from ttc_fast.replay.console import open_console
-    from ttc_fast.replay.screen import print_summaries
+    from ttc_fast.replay.terminal import open_console, print_summaries
 
     outs, plots = each_of(out, paths), each_of(plot, paths)
     spare_logs(paths, outs)

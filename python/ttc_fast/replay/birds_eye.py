@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.patches import Polygon, Rectangle
 
 from ttc_fast._core import ScanSweptPath
-from ttc_fast.replay.scans import Scans
+from ttc_fast.replay.pipelines import Scans
 from ttc_fast.replay.style import ALARM, CAUTION, INK, LINE, PALE, QUIET, legend_below, quieten, title_of
 from ttc_fast.status import Status
 

@@ -1,56 +1,66 @@
-"""What one frame of a log gave."""
+"""The row of a frame, and the files of rows: CSV, JSON Lines and Parquet. A format of files is one class."""
 
 from __future__ import annotations
 
+import csv
+import json
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
+
+from ttc_fast.brake import Command, Reason  # noqa: TC001 - the types of the columns are looked up
+from ttc_fast.status import Status  # noqa: TC001
 
 if TYPE_CHECKING:
-    from ttc_fast.brake import Command, Reason
-    from ttc_fast.status import Status
+    from collections.abc import Callable
+    from pathlib import Path
+    from typing import TextIO
+
+    from typing_extensions import Self
 
 
 class Row(NamedTuple):
-    """One frame: what was seen, and what the brake would have done.
+    """What a frame shows, and what the brake would have done.
 
     Parameters
     ----------
     frame : int
-        Its place in the log, from 0.
+        Number of the frame in the log, from 0.
     stamp : float
-        s, as the log counts.
+        Time of the frame by the clock of the log, s.
     distance : float
-        To what is nearest in time, m: from the outline where there is one, along the path where that decides. inf where
-        nothing is ahead, NaN where it is not known.
+        Distance to what is nearest in time, m: from the outline where there is one, along the path where that decides.
+        inf where nothing is ahead, NaN where it is not known.
     closing_speed : float
-        m/s, positive when approaching; NaN where it is not known.
+        Closing speed, m/s, positive when approaching; NaN where it is not known.
     ttc : float
-        s, in [0, inf].
+        Time-to-collision, s, in [0, inf].
     status : Status
         What the TTC means.
     command : Command
-        Of the brake.
+        The command of the brake.
     reason : Reason
-        Why.
+        The reason of the command.
     closing_low, closing_high : float
         The 90 % interval of the closing speed, m/s; NaN without one.
     ttc_low, ttc_high : float
         The 90 % interval of the TTC, s; NaN without one.
     speed : float
-        Of the vehicle, m/s; NaN where the log does not know it.
+        Speed of the vehicle, m/s; NaN where the log does not have it.
     valid : int or None
-        Readings that are valid, or points in the gate; None where nobody counted.
+        Number of valid readings, or of points in the gate; None where they were not counted.
     criterion : str
-        The one nearest to its threshold; empty when nothing was judged.
+        Name of the most urgent criterion; empty when nothing was evaluated.
     value, threshold : float
-        What it compares, in its own unit. It triggers when ``value < threshold``.
+        What that criterion compares, in its own unit. It triggers when ``value < threshold``.
     beam : int
-        The beam or point that was nearest in time; -1 when there is none.
+        Number of the beam or point that is nearest in time; -1 when there is none.
     range, angle : float
-        Where it is, m and rad; NaN when not known.
+        Distance from the sensor or the vehicle's origin, m, and direction, rad, of that beam or point; NaN when not
+        known.
     nearest : float
-        Of clouds: how far away the plain nearest point in the gate is, m, counted as ``distance`` is: what the tracker
-        did not believe may be nearer than ``distance``. inf where there is none, NaN for other sensors.
+        Distance of the plain nearest point in the gate, m, measured as ``distance`` is. A point that the tracker did
+        not believe may be nearer than ``distance``. inf where there is none, NaN for other logs than clouds.
 
     Examples
     --------
@@ -81,3 +91,128 @@ class Row(NamedTuple):
     range: float = math.nan
     angle: float = math.nan
     nearest: float = math.nan
+
+
+TYPES = get_type_hints(Row)
+STATUS = Row._fields.index("status")  # command and reason follow
+FLOATS = [(i, "%.6f" if name == "stamp" else "%.6g") for i, name in enumerate(Row._fields) if TYPES[name] is float]
+"""The columns that CSV formats, and how."""
+BATCH = 8192
+
+
+class Writer(ABC):
+    """Takes rows, and writes some thousands at a time. Close it, or use it as a context.
+
+    Parameters
+    ----------
+    path : Path
+        The file, which is written anew.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = self.open(path)
+        self._rows: list[Row] = []
+
+    @abstractmethod
+    def open(self, path: Path) -> Any:
+        """Open the file, and write what stands above the rows."""
+
+    @abstractmethod
+    def put(self, rows: list[Row]) -> None:
+        """Write rows."""
+
+    def write(self, row: Row) -> None:
+        """Take a row."""
+        self._rows.append(row)
+        if len(self._rows) >= BATCH:
+            self._flush()
+
+    def _flush(self) -> None:
+        rows, self._rows = self._rows, []
+        if rows:
+            self.put(rows)
+
+    def close(self) -> None:
+        """Write what is left, and close the file."""
+        try:
+            self._flush()
+        finally:
+            self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class CsvWriter(Writer):
+    """Comma-separated values. Numbers may be ``inf`` and ``nan``; a number that was not counted is empty."""
+
+    def open(self, path: Path) -> TextIO:
+        """Open the file, and write the names of the columns."""
+        file = path.open("w", encoding="utf-8", newline="")
+        self._csv = csv.writer(file, lineterminator="\n")
+        self._csv.writerow(Row._fields)
+        return file
+
+    def put(self, rows: list[Row]) -> None:
+        """Write a line for each row."""
+        self._csv.writerows(map(formatted, rows))
+
+
+class JsonLinesWriter(Writer):
+    """One JSON object a line. ``null`` is a number that is infinite, not known or not counted, as the status says."""
+
+    def open(self, path: Path) -> TextIO:
+        """Open the file."""
+        return path.open("w", encoding="utf-8")
+
+    def put(self, rows: list[Row]) -> None:
+        """Write an object for each row."""
+        for row in rows:
+            values = zip(Row._fields, plain(row), strict=True)
+            finite = {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in values}
+            self._file.write(json.dumps(finite) + "\n")
+
+
+class ParquetWriter(Writer):
+    """Apache Parquet, by pyarrow, with the numbers as they are."""
+
+    def open(self, path: Path) -> Any:
+        """Open the file with its schema."""
+        import pyarrow
+        import pyarrow.parquet
+
+        kinds = {float: pyarrow.float64(), int: pyarrow.int64(), int | None: pyarrow.int64()}
+        self._schema = pyarrow.schema([(name, kinds.get(kind, pyarrow.string())) for name, kind in TYPES.items()])
+        self._batch = pyarrow.record_batch
+        return pyarrow.parquet.ParquetWriter(path, self._schema)
+
+    def put(self, rows: list[Row]) -> None:
+        """Write a group of rows."""
+        columns = [list(column) for column in zip(*map(plain, rows), strict=True)]
+        self._file.write_batch(self._batch(columns, schema=self._schema))
+
+
+WRITERS: dict[str, Callable[[Path], Writer]] = {
+    ".csv": CsvWriter,
+    ".jsonl": JsonLinesWriter,
+    ".parquet": ParquetWriter,
+}
+"""The writer for each ending of a file's name."""
+
+
+def plain(row: Row) -> list[Any]:
+    """Return the values of a row, with names for its enumerations."""
+    values: list[Any] = list(row)
+    values[STATUS : STATUS + 3] = row.status.name, row.command.name, row.reason.name
+    return values
+
+
+def formatted(row: Row) -> list[Any]:
+    """Return the values of a row as CSV has them."""
+    values = plain(row)
+    for i, form in FLOATS:
+        values[i] = form % values[i]
+    return values

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast.brake import Reason
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
-from ttc_fast.replay.scans import Scans
-from ttc_fast.replay.series import Series
+from ttc_fast.replay.pipelines import Clouds, Distances, Scans
 from ttc_fast.replay.settings import Settings
 from ttc_fast.replay.summary import Summary
-from ttc_fast.replay.tracked import Clouds, Distances
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,7 +18,9 @@ if TYPE_CHECKING:
     from ttc_fast.replay.row import Row
 
 TTC_THRESHOLD = 1.5
-"""s; what exposure is counted below where no criterion compares a TTC."""
+"""The threshold of exposure where no criterion compares a TTC, s."""
+MOST_ROWS = 4096
+"""A series has at most this many rows."""
 _FOLDER = Path(__file__).parent.parent / "samples"
 SAMPLES = {"scans": "approach.npz", "clouds": "following.npz"}
 SCENES = {
@@ -73,6 +73,63 @@ def name_of(path: Path) -> str:
     """
     path = path.resolve()
     return SCENES[path.name] if path.parent == _FOLDER.resolve() and path.name in SCENES else path.name
+
+
+class Series:
+    """Rows of a long log, a few thousand at most, to draw and to print.
+
+    Of every ``step`` successive rows it keeps the one with the strongest command, and among those the least TTC.
+
+    Attributes
+    ----------
+    rows : list of Row
+        The rows that are kept, in order.
+    step : int
+        How many rows each of them stands for.
+
+    Examples
+    --------
+    >>> from ttc_fast.replay import Replay, sample
+    >>> log = Replay(sample("scans"))
+    >>> all_rows = list(log)
+    >>> log.series.rows == all_rows, log.series.step
+    (True, 1)
+    """
+
+    def __init__(self) -> None:
+        self.rows: list[Row] = []
+        self.step = 1
+        self._pending: Row | None = None
+        self._count = 0
+
+    def add(self, row: Row) -> None:
+        """Take a row."""
+        if self.step == 1:
+            self.rows.append(row)
+        else:
+            pending = self._pending
+            self._pending = row if pending is None else stronger(pending, row)
+            self._count += 1
+            if self._count < self.step:
+                return
+            self.end()
+        if len(self.rows) >= MOST_ROWS:
+            rows = self.rows
+            self.rows = [stronger(rows[i], rows[i + 1]) for i in range(0, MOST_ROWS, 2)]
+            self.step *= 2
+
+    def end(self) -> None:
+        """Keep what is pending: there are no more rows."""
+        if self._pending is not None:
+            self.rows.append(self._pending)
+        self._pending, self._count = None, 0
+
+
+def stronger(one: Row, other: Row) -> Row:
+    """Return the row with the stronger command; of equal ones that of the lesser TTC, or else the first."""
+    if one.command is not other.command:
+        return one if one.command > other.command else other
+    return one if one.ttc <= other.ttc else other
 
 
 class Replay:

@@ -78,7 +78,7 @@ class Settings:
 
     def configured(self) -> Configuration:
         """Return the configuration with what else was said."""
-        criteria = self.criteria or self.configuration.criteria
+        criteria = self.criteria or self.configuration.criteria or None
         return replace(self.configuration, scan=self.of_scanner, criteria=criteria)
 
     def gate_of(self, lidar: Lidar) -> Gate:

@@ -243,7 +243,7 @@ class BrakeNode:
 def _after(before: BrakeController | None, controller: BrakeController) -> BrakeController:
     """Return a controller that remembers what the one before did, which may be braking."""
     if before is not None:
-        controller.restore({**controller.state(), "controller": before.state()["controller"]})
+        controller.restore({**before.state(), "range_rate": controller.state()["range_rate"]})
     return controller
 
 

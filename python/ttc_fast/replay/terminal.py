@@ -1,4 +1,4 @@
-"""A replay on the screen: a live table with a bar, rows, and the summary."""
+"""A replay in the terminal: a live table with a bar, then rows, then the summary."""
 
 from __future__ import annotations
 
@@ -8,25 +8,24 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import Group
+from rich.console import Console, Group
 from rich.live import Live
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 from ttc_fast.brake import Command, Reason
-from ttc_fast.replay.console import frames, line, number, times
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from rich.console import Console
-
     from ttc_fast.replay.row import Row
     from ttc_fast.replay.run import Replay
     from ttc_fast.replay.summary import Event, Summary
 
+PIPE_WIDTH = 120
+"""Columns where output goes into a pipe, which has no width."""
 TICK = 0.1
 """s between two updates of the screen."""
 LIVE_ROWS = 8
@@ -44,6 +43,32 @@ STATUSES = {
 COLUMNS = ("frame", "t, s", "distance, m", "closing, m/s", "TTC, s")
 MANY = ("frames", "least TTC, s", "TET, s", "TIT, s\N{SUPERSCRIPT TWO}", "brakes", "first, s", "invalid", "stale")
 UNTOLD = (Status.WARMING_UP, Status.NO_DATA, Status.INVALID)
+
+
+def open_console() -> Console:
+    """Open standard output: as wide as the terminal, or wide enough for the table in a pipe."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=PIPE_WIDTH)
+
+
+def line(console: Console, name: str, text: str) -> None:
+    """Print a line of a summary."""
+    console.print(Text.assemble((f"{name:<12}", "bold"), text), soft_wrap=True)
+
+
+def number(value: float, digits: int) -> str:
+    """Show a number, and a dash where it is not known."""
+    return "-" if math.isnan(value) else f"{value:.{digits}f}"
+
+
+def frames(count: int) -> str:
+    """Say how many frames."""
+    return "1 frame" if count == 1 else f"{count} frames"
+
+
+def times(count: int) -> str:
+    """Say how often."""
+    return {0: "never", 1: "once"}.get(count, f"{count} times")
 
 
 def table_of(rows: Iterable[Row], threshold: float) -> Table:

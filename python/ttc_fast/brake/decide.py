@@ -1,40 +1,64 @@
-"""From what a controller remembers to what it says: the command, and the one reason for it."""
+"""From what a controller remembers to a decision: the command, and the one reason for it. Nothing here changes it."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
-from ttc_fast.brake.command import Command, Counters, Decision, Reason
-from ttc_fast.brake.memory import CLOCK_TOLERANCE
+from ttc_fast.brake.state import CLOCK_TOLERANCE
+from ttc_fast.brake.types import Command, Counters, Decision, Reason
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.memory import ControllerState
     from ttc_fast.brake.settings import BrakeSettings
+    from ttc_fast.brake.state import ControllerState
+    from ttc_fast.brake.types import Threats
 
-NONE, WARN, BRAKE = Command  # the look-up of an enum's member takes longer than that of a name
+NONE, WARN, BRAKE = Command  # a name is looked up faster than the member of an enumeration
 CONTACT = Status.CONTACT
 CLEAR, NEAR, CRITERION = Reason.CLEAR, Reason.NEAR, Reason.CRITERION
 
 
+def watchdog(state: ControllerState, settings: BrakeSettings, now: float) -> Reason | None:
+    """Return why the sensors do not see enough to be safe, or None if they do."""
+    oldest = now - settings.sensor_timeout
+    if state.frame_at > now + CLOCK_TOLERANCE:  # the clock was set back: the age of that frame is not known
+        return Reason.STALE
+    if state.evaluated_at >= oldest:  # a frame that was evaluated was seen as well
+        return None
+    if state.frame_at == -math.inf:
+        return Reason.WAITING
+    if state.frame_at < oldest:
+        return Reason.STALE
+    return Reason.BLIND if state.seen_at < oldest else Reason.NO_MOTION
+
+
 def decide(
-    state: ControllerState, settings: BrakeSettings, now: float, unsafe: Reason | None, override: bool
+    state: ControllerState,
+    settings: BrakeSettings,
+    now: float,
+    *,
+    unsafe: Reason | None,
+    override: bool,
+    status: Status | None,
+    threats: Threats | None,
 ) -> Decision:
-    """Put the command and its reason together.
+    """Return the decision.
 
     Parameters
     ----------
     state : ControllerState
-        What is known.
+        What the controller remembers.
     settings : BrakeSettings
-        Of the controller.
+        Its settings.
     now : float
-        s.
+        The time of the decision, s.
     unsafe : Reason or None
-        Why what was seen is not enough, if so.
+        The answer of ``watchdog``.
     override : bool
         Whether the driver took over.
+    status, threats
+        Status and threats of the frame that came, as ``Decision`` has them.
     """
     if override:
         command, reason = NONE, Reason.OVERRIDE
@@ -45,31 +69,32 @@ def decide(
     else:
         command, reason = why_not_braking(state, settings)
     value, threshold, threat = state.evaluation
-    counters = Counters(state.frames, state.ignored, state.blind, state.triggers.bit_count(), state.clears.bit_count())
+    counters = Counters(
+        state.frames, state.ignored, state.blind, state.trigger_votes.bit_count(), state.release_votes.bit_count()
+    )
     deceleration, limit = 0.0, math.inf
     if command is BRAKE:
         deceleration, limit = settings.deceleration, 0.0
     elif command is WARN:
         limit = speed_limit(state)
-    return Decision(command, reason, deceleration, limit, state.criterion, value, threshold, threat, now, counters)
-
-
-def watchdog(state: ControllerState, settings: BrakeSettings, now: float) -> Reason | None:
-    """Return why what was seen is not enough to be safe, if so."""
-    oldest = now - settings.sensor_timeout
-    if state.frame_at > now + CLOCK_TOLERANCE:  # the clock was set back: how old that frame is, nobody knows
-        return Reason.STALE
-    if state.judged_at >= oldest:  # and so were the others
-        return None
-    if state.frame_at == -math.inf:
-        return Reason.WAITING
-    if state.frame_at < oldest:
-        return Reason.STALE
-    return Reason.BLIND if state.seen_at < oldest else Reason.NO_MOTION
+    return Decision(
+        command,
+        reason,
+        deceleration,
+        limit,
+        state.criterion,
+        value,
+        threshold,
+        threat,
+        now,
+        counters,
+        status,
+        threats,
+    )
 
 
 def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> Reason:
-    """Return why it brakes."""
+    """Return why the controller brakes."""
     value, threshold, _ = state.evaluation
     if value < threshold:
         return CRITERION
@@ -79,7 +104,7 @@ def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> 
 
 
 def why_not_braking(state: ControllerState, settings: BrakeSettings) -> tuple[Command, Reason]:
-    """Return what there is to say where it does not brake, and why."""
+    """Return the command and its reason where the controller does not brake."""
     value, threshold, threat = state.evaluation
     if value < settings.warn_at * threshold:
         return WARN, (Reason.VOTING if value < threshold else NEAR)
@@ -90,7 +115,7 @@ def why_not_braking(state: ControllerState, settings: BrakeSettings) -> tuple[Co
 
 
 def speed_limit(state: ControllerState) -> float:
-    """Return the speed at which the criterion would brake, were all else the same."""
+    """Return the speed at which the criterion would brake if all else were the same, m/s."""
     value, threshold, threat = state.evaluation
     if threat is None or not (threshold > 0.0 and value < math.inf):
         return math.inf

@@ -1,0 +1,229 @@
+"""From a frame to threats: the kernels find what is nearest in time, and the age of the data is taken off.
+
+A frame is a scan, a cloud, or, where a controller has neither scanner nor path, an estimate. It is assessed by the
+vehicle's motion; where that is not known, a scan is assessed by the range rate. Only what the criteria need is
+computed.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
+from ttc_fast.brake.types import STANDING, Needs, Source, Threat, Threats
+from ttc_fast.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ttc_fast.brake.types import Criterion, Estimate, Motion
+
+
+@dataclass(slots=True)
+class Frame:
+    """What came with an update, and what was known then.
+
+    Attributes
+    ----------
+    now, stamp : float
+        Time of the decision and of the measurement, s.
+    ranges, points
+        The scan or the cloud; both are None where the estimate is the frame.
+    estimate : Estimate or None
+        The newest estimate that is fresh.
+    motion : Motion or None
+        The newest odometry that is fresh.
+    commanded : Motion or None
+        What the vehicle would do if it were not braked, where that is given.
+    """
+
+    now: float
+    stamp: float
+    ranges: Any
+    points: Any
+    estimate: Estimate | None
+    motion: Motion | None
+    commanded: Motion | None
+
+
+PATH = Source.PATH  # a name is looked up faster than the member of an enumeration
+UNKNOWN = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
+"""The statuses of a range rate that knows no closing speed."""
+
+
+class ThreatAssessment:
+    """The kernels of a controller, and which of them its criteria need.
+
+    Parameters
+    ----------
+    scan, path, range_rate, time_increment, horizon
+        The arguments of ``BrakeController``.
+    """
+
+    def __init__(
+        self,
+        scan: ScanTTC | None,
+        path: SweptPath | None,
+        range_rate: RangeRate | None,
+        time_increment: float,
+        horizon: float,
+    ) -> None:
+        needed = {"scan": (scan, ScanTTC), "path": (path, SweptPath), "range_rate": (range_rate, RangeRate)}
+        for name, (value, kind) in needed.items():
+            if value is not None and not isinstance(value, kind):
+                raise TypeError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
+        if range_rate is not None and scan is None:
+            raise ValueError("range_rate needs a scan: it gives the closing speeds of beams")
+        self.scan = scan
+        self.path = path
+        self.range_rate = range_rate
+        self.time_increment = float(time_increment)
+        self._scan_path = None if scan is None else path_of(scan, horizon)
+        self._needs_beams = self._needs_path = True
+        self.only_estimates = scan is None and path is None
+        """Whether estimates are the only frames."""
+
+    @property
+    def has_path(self) -> bool:
+        """Whether threats on the path can be found: there is an outline."""
+        return self.path is not None or self._scan_path is not None
+
+    def check(self, criteria: Iterable[Criterion]) -> tuple[Criterion, ...]:
+        """Return the criteria if they can be evaluated. From now on only what they need is computed."""
+        try:
+            criteria = tuple(criteria)
+        except TypeError:
+            raise TypeError(f"criteria must be a sequence of criteria, got {criteria!r}") from None
+        if not criteria:
+            raise ValueError("criteria must not be empty: nothing would ever brake")
+        for criterion in criteria:
+            if isinstance(criterion, type):
+                raise TypeError(f"criteria must be objects, such as {criterion.__name__}(), got the class itself")
+            if not (hasattr(criterion, "evaluate") and hasattr(criterion, "needs")):
+                raise TypeError(f"criteria must have evaluate() and needs, as IttcThreshold has; got {criterion!r}")
+            if criterion.needs is Needs.PATH and not self.has_path:
+                raise ValueError(f"{criterion.name} needs an outline: give one to the scan, or give a path")
+            if criterion.needs is Needs.BEAMS and self.scan is None:
+                raise ValueError(f"{criterion.name} needs a scan: it judges beams")
+        needs = {criterion.needs for criterion in criteria}
+        self._needs_path = self.has_path and not needs.isdisjoint({Needs.PATH, Needs.NEAREST})
+        # Every scan is assessed in one way at least, so that a blind scanner is noticed by a controller of estimates.
+        self._needs_beams = Needs.BEAMS in needs or not (self._needs_path and self._scan_path is not None)
+        return criteria
+
+    def assess(self, frame: Frame) -> Threats:
+        """Return the threats of a new frame; the range rate takes the frame up."""
+        motion = frame.motion
+        if self.only_estimates:
+            return self._assess_estimate(frame)
+        rates = None
+        if self.range_rate is not None and frame.ranges is not None:
+            rates = self.range_rate.update(frame.ranges, frame.stamp, 0.0 if motion is None else motion.yaw_rate)
+        if motion is not None:
+            return self.assess_along(frame, motion)
+        if rates is None:  # nothing gives closing speeds: whether anything is seen is found out as of a vehicle at rest
+            seen = self.assess_along(frame, STANDING)
+            return seen._replace(speed=None, beams=None, path=None, closing_speed_known=False)
+        known = rates.status not in UNKNOWN and rates.rated >= rates.unrated
+        beams = self._beam_threat(Source.RANGE_RATE, frame, rates) if known else None
+        return Threats(None, beams, None, *estimated_threat(frame), rates.counts.valid, rates.status, known)
+
+    def assess_along(self, frame: Frame, motion: Motion) -> Threats:
+        """Return the threats of a frame to a vehicle of this motion."""
+        beams = path = None
+        seen: Any = None
+        speed, yaw_rate, lateral_speed, _ = motion
+        over_ground = math.hypot(speed, lateral_speed)
+        if frame.points is not None:
+            if self.path is None:
+                raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
+            seen = self.path.nearest(frame.points, speed, yaw_rate, lateral_speed)
+            if type(seen) is NearestPointBatch:
+                raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
+            angle, distance = math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
+            path = path_threat(seen, seen.index, angle, distance, over_ground, self._age(frame))
+        else:
+            if self.scan is None:
+                raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
+            if self._needs_beams:
+                seen = self.scan.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
+                beams = self._beam_threat(Source.BEAMS, frame, seen)
+            if self._needs_path and self._scan_path is not None:
+                seen = self._scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
+                beam = seen.beam
+                path = path_threat(seen, beam, seen.angle, seen.range, over_ground, self._age(frame, beam))
+        estimate, is_sure = (None, False) if frame.estimate is None else estimated_threat(frame)
+        return Threats(over_ground, beams, path, estimate, is_sure, seen.counts.valid, seen.status, True)
+
+    def _assess_estimate(self, frame: Frame) -> Threats:
+        """Return the threats of a frame that is an estimate."""
+        if frame.ranges is not None or frame.points is not None:
+            raise ValueError("ranges need a scan that reads them, and points need a path: give the controller one")
+        threat, is_sure = estimated_threat(frame)
+        status = Status.NO_DATA if threat is None else threat.status
+        speed = None if frame.motion is None else frame.motion.over_ground
+        return Threats(speed, None, None, threat, is_sure, 1, status, True)
+
+    def _beam_threat(self, source: Source, frame: Frame, seen: Any) -> Threat:
+        """Return the nearest beam at the time of the decision."""
+        closing, age = seen.closing_speed, self._age(frame, seen.beam)
+        ttc, clearance = max(seen.ttc - age, 0.0), max(seen.clearance - max(closing, 0.0) * age, 0.0)
+        return Threat(source, ttc, seen.status, seen.beam, seen.angle, seen.range, clearance, closing, age)
+
+    def _age(self, frame: Frame, beam: int = -1) -> float:
+        """Return the age of a frame, or of a beam of it, at the time of the decision, s."""
+        age = frame.now - frame.stamp - (beam * self.time_increment if beam > 0 else 0.0)
+        return age if age > 0.0 else 0.0  # what has come was measured before
+
+    def reset(self) -> None:
+        """Let the range rate forget what it has taken up."""
+        if self.range_rate is not None:
+            self.range_rate.reset()
+
+    def state(self) -> Any:
+        """Return what the range rate remembers."""
+        return copy.deepcopy(self.range_rate)
+
+    def restore(self, state: Any) -> None:
+        """Let the range rate go on from a state."""
+        if type(state) is not type(self.range_rate):
+            raise TypeError("state is of a controller with another range_rate")
+        self.range_rate = copy.deepcopy(state)
+
+
+def path_threat(seen: Any, index: int, angle: float, distance: float, speed: float, age: float) -> Threat:
+    """Return what the outline touches first, at the time of the decision; its clearance is measured along the way."""
+    ttc = seen.ttc - age
+    ttc = ttc if ttc > 0.0 else 0.0
+    return Threat(PATH, ttc, seen.status, index, angle, distance, speed * ttc if speed > 0.0 else math.inf, speed, age)
+
+
+def estimated_threat(frame: Frame) -> tuple[Threat | None, bool]:
+    """Return the estimate at the time of the decision, and whether it is sure, as ``Threats`` has both."""
+    estimate = frame.estimate
+    if estimate is None or estimate.saw_nothing:
+        return None, False
+    _, ttc, ttc_interval, distance, closing, closing_interval, status = estimate
+    age = max(frame.now - estimate.stamp, 0.0)
+    clearance = max(distance - max(closing, 0.0) * age, 0.0)
+    if status is Status.CONTACT or distance <= 0.0:
+        status, clearance = Status.CONTACT, 0.0
+        is_sure = not (closing if closing_interval is None else closing_interval[1]) < 0.0
+    else:
+        is_sure = ttc < math.inf and (ttc_interval is None or ttc_interval[1] < math.inf)
+    if status is None:
+        status = Status.CLOSING if ttc < math.inf else Status.NOT_CLOSING
+    threat = Threat(Source.ESTIMATE, max(ttc - age, 0.0), status, -1, math.nan, distance, clearance, closing, age)
+    return threat, is_sure
+
+
+def path_of(scan: ScanTTC, horizon: float) -> ScanSweptPath | None:
+    """Return the swept path of a scanner's vehicle, or None when the scanner has no outline."""
+    try:
+        ScanSweptPath(scan)
+    except ValueError:
+        return None
+    return ScanSweptPath(scan, horizon=horizon)  # a wrong horizon is an error, and not taken for a missing outline

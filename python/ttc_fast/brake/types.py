@@ -1,0 +1,505 @@
+"""What goes into a brake controller, what its criteria see, and what it decides. These classes hold data only.
+
+``Motion`` and ``Estimate`` go in. ``Threats`` are what a frame shows, and a ``Criterion`` turns them into an
+``Evaluation``. ``Decision`` comes out, with its ``Command`` and its ``Reason``.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, IntEnum
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
+
+from ttc_fast.status import Status
+
+if TYPE_CHECKING:
+    from ttc_fast._core import TrackedTTC
+
+
+class Motion(NamedTuple):
+    """The motion of the vehicle.
+
+    Parameters
+    ----------
+    speed : float
+        Forward speed of the vehicle's origin, m/s; negative when reversing. Odometry without a sign would take
+        reversing for driving forward.
+    yaw_rate : float
+        Yaw rate, counter-clockwise, rad/s.
+    lateral_speed : float
+        Speed to the left, m/s.
+    stamp : float or None
+        Time of the measurement, s; None stands for the time of the decision.
+
+    Examples
+    --------
+    >>> from ttc_fast import Motion
+    >>> Motion(3.0, yaw_rate=0.2).lateral_speed
+    0.0
+    """
+
+    speed: float
+    yaw_rate: float = 0.0
+    lateral_speed: float = 0.0
+    stamp: float | None = None
+
+    @property
+    def over_ground(self) -> float:
+        """Speed in any direction, m/s."""
+        return math.hypot(self.speed, self.lateral_speed)
+
+
+STANDING = Motion(0.0)
+
+
+class Estimate(NamedTuple):
+    """What a tracker or a camera estimates. ``Estimate.of`` makes one from a tracker's result.
+
+    An estimate is in contact when its status is CONTACT, or its distance is 0 or below. NO_DATA and INVALID mean that
+    nothing was seen; the TTC is not used then.
+
+    Parameters
+    ----------
+    stamp : float
+        Time of the frame that it is made of, s.
+    ttc : float
+        Time-to-collision, s, in [0, inf].
+    ttc_interval : (float, float) or None
+        The 90 % interval of the TTC, s; None when not known.
+    distance : float
+        Distance, m; NaN when not known, as for a camera.
+    closing_speed : float
+        Closing speed, m/s; NaN when not known.
+    closing_speed_interval : (float, float) or None
+        The 90 % interval of the closing speed, m/s; None when not known.
+    status : Status or None
+        What the TTC means; None when not known.
+
+    Examples
+    --------
+    >>> from ttc_fast import Estimate
+    >>> Estimate(12.0, ttc=1.4, distance=4.2).status is None
+    True
+    """
+
+    stamp: float
+    ttc: float
+    ttc_interval: tuple[float, float] | None = None
+    distance: float = math.nan
+    closing_speed: float = math.nan
+    closing_speed_interval: tuple[float, float] | None = None
+    status: Status | None = None
+
+    @property
+    def saw_nothing(self) -> bool:
+        """Whether the status is NO_DATA or INVALID: there is nothing to evaluate."""
+        return self.status is Status.NO_DATA or self.status is Status.INVALID
+
+    @classmethod
+    def of(cls, tracked: TrackedTTC, stamp: float) -> Estimate:
+        """Return a tracker's result for the frame of ``stamp`` as an estimate, with its status.
+
+        Parameters
+        ----------
+        tracked : TrackedTTC
+            The result of ``DistanceTracker.update`` or ``CloudTracker.update``.
+        stamp : float
+            Stamp of that frame, s.
+
+        Returns
+        -------
+        Estimate
+
+        Raises
+        ------
+        TypeError
+            If ``tracked`` is not the result of a tracker.
+
+        Examples
+        --------
+        >>> from ttc_fast import DistanceTracker, Estimate
+        >>> Estimate.of(DistanceTracker().update(8.0, stamp=0.0), 0.0).distance
+        8.0
+        """
+        try:
+            return cls(
+                stamp,
+                tracked.ttc,
+                tracked.ttc_interval,
+                tracked.distance,
+                tracked.closing_speed,
+                tracked.closing_speed_interval,
+                tracked.status,
+            )
+        except AttributeError:
+            raise TypeError(f"tracked must be what a tracker's update() returned, got {tracked!r}") from None
+
+
+class Source(IntEnum):
+    """How a threat was found.
+
+    Attributes
+    ----------
+    BEAMS
+        By iTTC, each beam of a scan for itself, from the vehicle's motion.
+    PATH
+        By the swept path: what the outline will touch, from the vehicle's motion.
+    RANGE_RATE
+        By iTTC from how the ranges change, without odometry.
+    ESTIMATE
+        By a tracker or a camera.
+
+    Examples
+    --------
+    >>> from ttc_fast.brake import Source
+    >>> Source.PATH.name
+    'PATH'
+    """
+
+    BEAMS = 0
+    PATH = 1
+    RANGE_RATE = 2
+    ESTIMATE = 3
+
+
+class Threat(NamedTuple):
+    """What is nearest in time, at the time of the decision.
+
+    Attributes
+    ----------
+    source : Source
+        How it was found.
+    ttc : float
+        Time-to-collision, s, in [0, inf], less the age of the data.
+    status : Status
+        What the TTC means. An estimate in contact has the status CONTACT and keeps the TTC that it came with.
+    index : int
+        Number of the beam or point; -1 when there is none.
+    angle : float
+        Direction, rad; NaN when not known.
+    range : float
+        Distance from the sensor or the vehicle's origin, m; NaN when not known.
+    clearance : float
+        Length of the way that is left to it, m, less what was driven since the data were measured.
+    closing_speed : float
+        Closing speed, m/s.
+    age : float
+        Age of the data, s.
+    """
+
+    source: Source
+    ttc: float
+    status: Status
+    index: int  # type: ignore[assignment]  # it hides tuple.index()
+    angle: float
+    range: float
+    clearance: float
+    closing_speed: float
+    age: float
+
+    def __str__(self) -> str:
+        """Describe the threat in one line."""
+        what = "target" if self.source is Source.ESTIMATE else "return"
+        where = f"{what} {self.index}" if self.index >= 0 else what
+        at = f" at {self.range:.2f} m," if math.isfinite(self.range) else ""
+        if self.source is Source.ESTIMATE and self.status is Status.CONTACT:
+            return f"{where}{at} in contact"
+        return (
+            f"{where}{at} {self.clearance:.2f} m clear, closing at {self.closing_speed:.2f} m/s, TTC {self.ttc:.2f} s"
+        )
+
+
+class Threats(NamedTuple):
+    """All that a frame shows at the time of a decision. What no criterion needs, or no sensor can see, is None.
+
+    Attributes
+    ----------
+    speed : float or None
+        Speed of the vehicle over ground, m/s, without sign; None without odometry.
+    beams : Threat or None
+        The nearest beam by iTTC.
+    path : Threat or None
+        The nearest return on the path of the outline.
+    estimate : Threat or None
+        What a tracker or a camera estimates.
+    estimate_is_sure : bool
+        Whether the estimate surely comes closer: its TTC and the interval of it are finite. For an estimate in contact,
+        whether it may stay so: the interval of its closing speed does not lie below 0.
+    returns : int
+        Number of valid readings or points; 1 where an estimate is all there is.
+    status : Status
+        Status of the frame: NO_DATA without a valid reading, else what the nearest TTC means.
+    closing_speed_known : bool
+        Whether the vehicle's motion, the range rate or the estimate gives the closing speeds.
+    """
+
+    speed: float | None
+    beams: Threat | None
+    path: Threat | None
+    estimate: Threat | None
+    estimate_is_sure: bool
+    returns: int
+    status: Status
+    closing_speed_known: bool
+
+    @property
+    def estimate_in_contact(self) -> bool:
+        """Whether the estimate is in contact and does not surely move away."""
+        return self.estimate_is_sure and self.estimate is not None and self.estimate.status is Status.CONTACT
+
+
+class Evaluation(NamedTuple):
+    """What a criterion compares: it triggers when ``value < threshold``.
+
+    Attributes
+    ----------
+    value, threshold : float
+        The two sides of the comparison, in the criterion's unit.
+    threat : Threat or None
+        The threat that the value belongs to.
+    """
+
+    value: float
+    threshold: float
+    threat: Threat | None
+
+    @property
+    def triggers(self) -> bool:
+        """Whether it is time to brake."""
+        return self.value < self.threshold
+
+    def more_urgent_than(self, other: Evaluation) -> bool:
+        """Return whether the value is a smaller part of its threshold than the other's is of its own."""
+        return self.value * other.threshold < other.value * self.threshold
+
+
+NOTHING = Evaluation(math.inf, 0.0, None)
+"""The evaluation where there is no threat to evaluate. It never triggers."""
+
+
+class Needs(Enum):
+    """Which threats a criterion evaluates."""
+
+    BEAMS = "beams"
+    """The nearest beam by iTTC."""
+    PATH = "path"
+    """The nearest return on the path of the outline."""
+    NEAREST = "nearest"
+    """The nearest return on the path where there is an outline, else the nearest beam by iTTC."""
+    ESTIMATE = "estimate"
+    """The estimate alone."""
+
+
+class Criterion(Protocol):
+    """What a controller asks of a criterion. Any object with these attributes can be one.
+
+    Attributes
+    ----------
+    name, unit : str
+        Name, and unit of what it compares, for people.
+    needs : Needs
+        Which threats have to be computed for it.
+    """
+
+    name: ClassVar[str]
+    unit: ClassVar[str]
+    needs: ClassVar[Needs]
+
+    def evaluate(self, threats: Threats) -> Evaluation:
+        """Compare what a frame shows with the threshold.
+
+        Parameters
+        ----------
+        threats : Threats
+            What the frame shows.
+
+        Returns
+        -------
+        Evaluation
+
+        Examples
+        --------
+        >>> from ttc_fast import IttcThreshold, Status
+        >>> from ttc_fast.brake import Source, Threat, Threats
+        >>> threat = Threat(Source.BEAMS, 1.2, Status.CLOSING, 7, 0.0, 6.0, 6.0, 5.0, 0.0)
+        >>> threats = Threats(5.0, threat, None, None, False, 100, Status.CLOSING, True)
+        >>> IttcThreshold(1.5).evaluate(threats).triggers
+        True
+        """
+        ...
+
+
+class Command(IntEnum):
+    """What the vehicle is to do. The larger command wins.
+
+    Attributes
+    ----------
+    NONE
+        Go on.
+    WARN
+        Go on with care, at most at ``speed_limit``.
+    BRAKE
+        Brake with ``deceleration``.
+
+    Examples
+    --------
+    >>> from ttc_fast import Command
+    >>> max(Command.NONE, Command.BRAKE).name
+    'BRAKE'
+    """
+
+    NONE = 0
+    WARN = 1
+    BRAKE = 2
+
+
+class Reason(IntEnum):
+    """Why a command was given.
+
+    Attributes
+    ----------
+    CLEAR
+        Nothing is within the threshold of any criterion.
+    NEAR
+        Something is within the warning threshold of a criterion.
+    VOTING
+        A criterion triggers, but too few of the last frames have triggered to brake.
+    CRITERION
+        A criterion triggers, and enough of the last frames have triggered.
+    HOLD
+        The vehicle still brakes: the hold time runs, or too few frames are clear by the release threshold.
+    STANDSTILL
+        The vehicle still brakes: it stands, and would trigger a criterion again if it went on as before.
+    ESCAPE
+        The vehicle is in contact and moves away from it, which is allowed.
+    WAITING
+        No sensor data have come yet.
+    STALE
+        The newest sensor data are too old.
+    BLIND
+        For too long the frames have had nothing valid, or fewer returns than ``min_returns``.
+    NO_MOTION
+        There is no odometry, or it is too old, and nothing else gives a closing speed.
+    OVERRIDE
+        The driver took over.
+    CONTACT
+        The vehicle is in contact, and neither its motion nor ``commanded`` says which way it will go.
+
+    Examples
+    --------
+    >>> from ttc_fast import Reason
+    >>> Reason.STALE.name
+    'STALE'
+    """
+
+    CLEAR = 0
+    NEAR = 1
+    VOTING = 2
+    CRITERION = 3
+    HOLD = 4
+    STANDSTILL = 5
+    ESCAPE = 6
+    WAITING = 7
+    STALE = 8
+    BLIND = 9
+    NO_MOTION = 10
+    OVERRIDE = 11
+    CONTACT = 12
+
+
+class Counters(NamedTuple):
+    """Numbers of frames and votes.
+
+    Attributes
+    ----------
+    frames : int
+        Frames that were assessed, blind ones included, since the controller was made or reset.
+    ignored : int
+        Frames that were not assessed: their stamps were not newer than the last one's, or lay in the future.
+    blind : int
+        Assessed frames with too few returns.
+    triggered : int
+        How many of the last frames that vote on braking triggered.
+    clear : int
+        How many of the last frames that vote on release were clear.
+
+    Examples
+    --------
+    >>> from ttc_fast.brake import Counters
+    >>> Counters(frames=10, ignored=0, blind=0, triggered=2, clear=0).triggered
+    2
+    """
+
+    frames: int
+    ignored: int
+    blind: int
+    triggered: int
+    clear: int
+
+
+class Decision(NamedTuple):
+    """What to do, and why.
+
+    Attributes
+    ----------
+    command : Command
+        What to do.
+    reason : Reason
+        Why.
+    deceleration : float
+        The deceleration to brake with, m/s^2; 0 without BRAKE.
+    speed_limit : float
+        Greatest speed, m/s: 0 with BRAKE; with WARN the speed at which the criterion would brake now; else inf.
+    criterion : Criterion or None
+        The most urgent criterion of the newest evaluated frame; None before the first.
+    value, threshold : float
+        What that criterion compares, in its own unit (s, or m of clearance). It triggers when ``value < threshold``.
+    threat : Threat or None
+        The threat that the criterion compares: beam or point, range, clearance, closing speed, TTC and their age.
+    stamp : float
+        The time of the decision, s.
+    counters : Counters
+        Numbers of frames and votes.
+    status : Status or None
+        Status of the frame that came with this update; None when none came, as when the watchdog asks. NO_DATA is a
+        blind frame, INVALID one that was ignored, WARMING_UP one whose closing speeds are not known. Any other status
+        says what the nearest TTC of the frame means.
+    threats : Threats or None
+        What that frame shows, by the vehicle's motion; None when it could not be evaluated, or none came.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ttc_fast import BrakeController, Motion, ScanTTC
+    >>> controller = BrakeController(scan=ScanTTC(0.0, 0.1, 3), trigger=(1, 1))
+    >>> decision = controller.update(0.02, ranges=np.array([2.0, 5.0, 5.0]), stamp=0.0, motion=Motion(4.0))
+    >>> decision.command.name, decision.reason.name, round(decision.value, 2), decision.status.name
+    ('BRAKE', 'CRITERION', 0.48, 'CLOSING')
+    >>> print(decision)
+    BRAKE (CRITERION): IttcThreshold: 0.48 < 1.5 s; return 0 at 2.00 m, 1.92 m clear, closing at 4.00 m/s, TTC 0.48 s
+    >>> later = controller.update(0.05)                      # no frame came: the threat is that of the last one
+    >>> later.status is None, later.threats is None, later.threat == decision.threat
+    (True, True, True)
+    """
+
+    command: Command
+    reason: Reason
+    deceleration: float
+    speed_limit: float
+    criterion: Criterion | None
+    value: float
+    threshold: float
+    threat: Threat | None
+    stamp: float
+    counters: Counters
+    status: Status | None
+    threats: Threats | None
+
+    def __str__(self) -> str:
+        """Describe the decision in one line."""
+        head = f"{self.command.name} ({self.reason.name})"
+        if self.criterion is None or not math.isfinite(self.value):
+            return head
+        sign = "<" if self.value < self.threshold else ">="
+        compared = f"{self.value:.2f} {sign} {self.threshold:.3g} {self.criterion.unit}"
+        return f"{head}: {self.criterion.name}: {compared}; {self.threat}"
