@@ -8,8 +8,7 @@ import pytest
 from ttc_fast.logs import CloudLog, LogError, open_log
 from ttc_fast.logs.stamps import natural, series_of, stamp_in
 from ttc_fast.replay import Replay, Settings
-from ttc_fast.replay.console import open_console
-from ttc_fast.replay.screen import print_summary
+from ttc_fast.replay.terminal import open_console, print_summary
 
 S = 1_533_151_603  # 2018
 
