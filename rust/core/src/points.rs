@@ -1,4 +1,7 @@
-//! A point cloud in whatever layout its driver chose.
+//! Point clouds in any layout: rows, records or columns, float32 or float64, organised or not, without a copy.
+//!
+//! A [`Points`] is a view of the memory of the caller. Kernels read it through a [`Layout`], sixteen points at a time
+//! as lanes.
 
 use crate::column::{Column, Fours, Records, Source, Table};
 use crate::error::Error;
@@ -7,7 +10,7 @@ use crate::real::Real;
 use crate::simd::{Instructions, Prefilter, bit_of_each_point};
 use std::ops::Range;
 
-/// Points in somebody else's memory. Rows are the rows of an organised cloud; any other cloud has one.
+/// Points in the memory of the caller. An organised cloud has its own rows; any other cloud has one row.
 #[derive(Clone, Copy, Debug)]
 pub struct Points<'a, T> {
     xyz: [Table<'a, T>; 3],
@@ -17,18 +20,18 @@ pub struct Points<'a, T> {
 /// Intensities in the type they are stored in.
 #[derive(Clone, Copy, Debug)]
 pub enum Intensity<'a> {
-    /// One byte, as most drivers store it.
+    /// Intensities of one byte, as most drivers store them.
     U8(Table<'a, u8>),
-    /// Two bytes, as for reflectivity.
+    /// Intensities of two bytes, as for reflectivity.
     U16(Table<'a, u16>),
-    /// float32
+    /// Intensities in float32.
     F32(Table<'a, f32>),
-    /// float64
+    /// Intensities in float64.
     F64(Table<'a, f64>),
 }
 
 impl<'a, T: Real> Points<'a, T> {
-    /// A cloud from its columns as stored, whatever they mean.
+    /// A cloud from its stored columns, along whatever axes.
     ///
     /// # Errors
     /// When the columns differ in shape, or there are more points than 32 bits can number.
@@ -54,12 +57,12 @@ impl<'a, T: Real> Points<'a, T> {
     /// A batch of clouds, one in each row, which stay apart.
     ///
     /// # Errors
-    /// As [`Points::new`].
+    /// When the columns differ in shape, or there are more points than 32 bits can number.
     pub fn batch(xyz: [Table<'a, T>; 3]) -> Result<Self, Error> {
         Points::new(xyz, None).map(|points| Points { xyz, ..points })
     }
 
-    /// How many rows there are.
+    /// The number of rows.
     #[must_use]
     pub fn count(&self) -> usize {
         self.xyz[0].rows()
@@ -70,13 +73,13 @@ impl<'a, T: Real> Points<'a, T> {
         self.xyz.map(|table| table.row(row))
     }
 
-    /// How many points there are.
+    /// The number of points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.xyz[0].rows() * self.xyz[0].columns()
     }
 
-    /// Whether there are none.
+    /// Whether there are no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -88,7 +91,7 @@ impl<'a, T: Real> Points<'a, T> {
         self.intensity.is_some()
     }
 
-    /// The rows of the points `range`, cut where the range begins and ends, and the index of the first point of each.
+    /// The rows of the points in `range`, cut where the range begins and ends, each with the index of its first point.
     pub(crate) fn rows(self, range: Range<usize>) -> impl Iterator<Item = (usize, Row<'a, T>)> {
         let columns = self.xyz[0].columns().max(1);
         (range.start / columns..range.end.div_ceil(columns)).map(move |row| {
@@ -173,7 +176,7 @@ pub(crate) enum IntensityRow<'a> {
 }
 
 impl<'a> IntensityRow<'a> {
-    /// Whether it is the fourth number of each record, in the type of the first three.
+    /// Whether the intensity is the fourth number of each record, in the type of the first three.
     pub(crate) fn is_fourth<T: Real>(&self, records: &Records<'a, T>) -> bool {
         match self {
             IntensityRow::F32(column) => records.continues_with(column),
@@ -198,24 +201,24 @@ impl<'a> IntensityRow<'a> {
     }
 }
 
-/// How the kernel reads points: several at a time, as lanes to compare with bounds.
+/// A layout of points, which a kernel reads several at a time, as lanes to compare with bounds.
 pub(crate) trait Layout<T>: Copy {
-    /// Bounds in the arrangement of the lanes.
+    /// The bounds in the arrangement of the lanes.
     type Bounds: Copy;
-    /// Bounds on each stored column: x, y, z, and the fourth number of a record.
+    /// Arranges the bounds on each stored column: x, y, z, and the fourth number of a record.
     fn bounds(low: [T; 4], high: [T; 4]) -> Self::Bounds;
-    /// How many points, from the first on, can be read as lanes.
+    /// The number of points, from the first on, that can be read as lanes.
     fn readable(&self) -> usize;
-    /// Those of them that are read best, in whole groups of lanes.
+    /// The readable points that are read fastest, in whole groups of lanes.
     fn whole(&self) -> Range<usize>;
-    /// The same bounds, for `may_hold`; on the fourth number only if `fourth`.
+    /// Arranges the bounds for `may_hold`; that on the fourth number counts only if `fourth`.
     fn prefilter(low: [T; 4], high: [T; 4], fourth: bool) -> Prefilter<T>;
-    /// Whether any of the points `at .. at + LANES` may be inside: no is certain, and quicker to find out than yes.
+    /// Whether any of the points `at .. at + LANES` may be inside. A no is certain, and quicker to find out than a yes.
     fn may_hold<I: Instructions>(&self, simd: I, at: usize, prefilter: &Prefilter<T>) -> bool;
     /// A bit for each of the points `at .. at + LANES` inside the bounds on x, y and z, and if `fourth` on the fourth
     /// number of its record too.
     fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u16;
-    /// The column that is forward, of the points `at .. at + LANES`.
+    /// The forward coordinates of the points `at .. at + LANES`.
     fn forward(&self, at: usize) -> Lanes<T>;
 }
 
@@ -274,7 +277,7 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
 #[derive(Clone, Copy)]
 pub(crate) struct Packed<F> {
     pub records: F,
-    /// The same, beginning with the forward number.
+    /// The records from their forward number on.
     pub forward: F,
 }
 

@@ -1,8 +1,8 @@
 //! The motion that the cells agree upon.
 //!
-//! All cells share one motion, so the regression is within cells: time and distance less their means in each cell. A line and
-//! a parabola are fitted and averaged by their probabilities, because most bodies do not accelerate. Frames that scatter more
-//! than their points explain count for less.
+//! All cells share one motion, so the regression is within cells: time and distance less their means in each cell. A
+//! line and a parabola are fitted and averaged by their probabilities, because most bodies do not accelerate. Frames
+//! that scatter more than their points explain count for less.
 
 use super::profile::Sighting;
 use super::weights::{CellObservations, Weights, irls_weights};
@@ -19,7 +19,8 @@ pub struct Trend {
     pub variance: f64,
 }
 
-/// Frames whose residuals are larger than this times their scatter, as a ratio of variances, do not move by one acceleration.
+/// Frames whose residuals are larger than this times their scatter, as a ratio of variances, do not move by one
+/// acceleration.
 const MISFIT: f64 = 2.0;
 /// The fewest frames that a window is shortened to.
 const FEWEST: usize = 3;
@@ -60,10 +61,10 @@ const LEAST_FRAME_WEIGHT: f64 = 1e-9;
 
 /// The scatter of whole frames over that of their points, as a ratio of variances; at least 1.
 ///
-/// A car that nods sees the body at other heights in each frame, and all cells are off together: more points do not average
-/// that out. It shows in the positions themselves. Of four frames in a row, the part of the motion that no parabola has, their
-/// third difference, should be no more than their points make it. Where a driver begins to brake only the few differences
-/// across that moment are larger, so the median of all is that of the scatter.
+/// A car that nods sees the body at other heights in each frame, and all cells are off together: more points do not
+/// average that out. It shows in the positions themselves. Of four frames in a row, the part of the motion that no
+/// parabola has, their third difference, should be no more than their points make it. Where a driver begins to brake
+/// only the few differences across that moment are larger, so the median of all is that of the scatter.
 fn scatter(observed: &CellObservations, time: &[f64], found: &Weights) -> f64 {
     let totals: Vec<f64> = observed.by_frame().map(|range| found.weight[range].iter().sum()).collect();
     let runs = time.windows(RUN).zip(found.position.windows(RUN)).zip(totals.windows(RUN));
@@ -125,7 +126,8 @@ struct Sums {
 impl Fit {
     /// Regresses within cells over the last `frames` frames: a line and a parabola, averaged by their probabilities.
     ///
-    /// `weight` is 0 in the frames before those. `noise` is the variance of a point, and `scatter` the ratio of [`scatter()`].
+    /// `weight` is 0 in the frames before those. `noise` is the variance of a point, and `scatter` the ratio of
+    /// [`scatter()`].
     fn new(
         observed: &CellObservations,
         time: &[f64],

@@ -1,17 +1,18 @@
 //! Which cells of which frames to believe.
 //!
-//! A cell sees the body at `x = h + p(t)`: the surface `h` of the body at this cell, and the position `p` of the body. Both are
-//! estimated in turns with the weights of the observations. What does not move like the rest (a stray point, an edge that is
-//! met in one frame and missed in the next, another car) loses its weight, by Tukey's biweight.
+//! A cell sees the body at `x = h + p(t)`: the surface `h` of the body at this cell, and the position `p` of the body.
+//! Both are estimated in turns with the weights of the observations. What does not move like the rest (a stray point,
+//! an edge that is met in one frame and missed in the next, another car) loses its weight, by Tukey's biweight.
 
 use super::profile::{Cell, Sighting};
 use crate::real::median;
 
-/// The points that the edge of a body is worth. It is 5 times as noisy as a point, because other points make it each time.
+/// The points that the edge of a body is worth. It is 5 times as noisy as a point, because other points make it each
+/// time.
 const EDGE: f64 = 0.04;
 
-/// What the cells of all frames show side by side: one entry for each cell of each frame, frame after frame. The last cell is
-/// the edge of the body.
+/// What the cells of all frames show side by side: one entry for each cell of each frame, frame after frame. The last
+/// cell is the edge of the body.
 pub(super) struct CellObservations {
     /// The first entry of each frame, and the end of the last.
     pub starts: Vec<usize>,
@@ -235,11 +236,11 @@ impl MeanSlope {
     }
 }
 
-/// The slope of the surface at each cell: how much farther ahead it is for each metre upwards. It is 0 at edges of the surface
-/// and for the edge of the body.
+/// The slope of the surface at each cell: how much farther ahead it is for each metre upwards. It is 0 at edges of the
+/// surface and for the edge of the body.
 ///
-/// Rings move over the body as it comes nearer, and along a slanted window they would seem to be motion. All columns together
-/// decide the slope of a level, by the limiter MC [van Leer 1977].
+/// Rings move over the body as it comes nearer, and along a slanted window they would seem to be motion. All columns
+/// together decide the slope of a level, by the limiter MC [van Leer 1977].
 fn slopes(observed: &CellObservations, surface: &[f64], total: &[f64]) -> Vec<f64> {
     let mut slopes = vec![0.0; observed.cells()];
     let levels = observed.places.iter().map(|place| place.level);

@@ -1,8 +1,8 @@
 //! The matches that move as one body: random sample consensus (RANSAC) over similarities.
 //!
-//! A match that does not belong to the body ahead, be it background or a mismatch, moves in another way. So the similarity that
-//! most matches agree with is looked for, by two matches at a time, and refined until it is fitted to the matches that agree
-//! with it.
+//! A match that does not belong to the body ahead, be it background or a mismatch, moves in another way. So the
+//! similarity that most matches agree with is looked for, by two matches at a time, and refined until it is fitted to
+//! the matches that agree with it.
 
 use super::matches::Matches;
 use super::similarity::Similarity;
@@ -88,8 +88,9 @@ fn noise<T: Real>(matches: &Matches<T>, those: &[usize], similarity: Similarity)
     those.iter().map(residual).sum::<f64>() / (2 * those.len()) as f64
 }
 
-/// Whether positions are rounded to the pixels of a picture or of a smaller copy of it. Then many do not change at all, and the
-/// others change by too much: errors are as large as such a step, and only their mean says how far the body moved.
+/// Whether positions are rounded to the pixels of a picture or of a smaller copy of it. Then many do not change at all,
+/// and the others change by too much: errors are as large as such a step, and only their mean says how far the body
+/// moved.
 fn is_rounded<T: Real>(matches: &Matches<T>) -> bool {
     let same = |i: usize| {
         let (p, c) = matches.get(i);

@@ -1,7 +1,7 @@
 //! Matched keypoints, which of them count, and an order in which whole blocks can be left out.
 //!
-//! Pairs count only from some distance on, and most of a car's are nearer to each other than that. When neighbours in the
-//! picture are neighbours in memory, whole blocks are out of reach of a match.
+//! Pairs count only from some distance on, and most of a car's are nearer to each other than that. When neighbours in
+//! the picture are neighbours in memory, whole blocks are out of reach of a match.
 
 use crate::column::Column;
 use crate::error::Error;
@@ -109,8 +109,8 @@ const WORTH_IT: usize = 24 * LANES;
 
 /// Matches in two orders.
 pub(super) struct Tiles<T> {
-    /// An order in which neighbours in memory are far apart in the picture. Detectors deliver matches from top to bottom, and a
-    /// sample by place in memory has to be one by place in the picture.
+    /// An order in which neighbours in memory are far apart in the picture. Detectors deliver matches from top to
+    /// bottom, and a sample by place in memory has to be one by place in the picture.
     pub mixed: Matches<T>,
     /// An order in which neighbours are neighbours: blocks are patches of the later picture.
     pub tiled: Matches<T>,
@@ -144,7 +144,8 @@ impl<T: Real> Tiles<T> {
 }
 
 impl<T: Real> Places<T> {
-    /// A bit for each block that may hold a match whose squared distance now from one of some matches is at least `squared`.
+    /// A bit for each block that may hold a match whose squared distance now from one of some matches is at least
+    /// `squared`.
     #[inline(always)]
     pub(super) fn in_reach<I: Instructions, const N: usize>(
         &self,
@@ -200,8 +201,8 @@ fn is_coprime(mut a: usize, mut b: usize) -> bool {
     a == 1
 }
 
-/// The numbers of the matches, sorted by the cells of a grid over the later picture, row by row, there and back. A cell holds
-/// about a block.
+/// The numbers of the matches, sorted by the cells of a grid over the later picture, row by row, there and back. A cell
+/// holds about a block.
 fn by_cells<T: Real>(matches: &Matches<T>) -> Vec<usize> {
     let count = matches.len();
     let side = (count as f64 / LANES as f64).sqrt().ceil();

@@ -1,8 +1,8 @@
 //! The exact median of all pairs' ratios.
 //!
-//! A sample of the pairs says about where the median is, and a larger one says it more exactly. Then a pass over all pairs
-//! proves it: it counts the ratios below a narrow bracket and above it, and decides the few inside one by one in float64.
-//! Where many ratios are equal, too many are inside, and [`ties`] counts those.
+//! A sample of the pairs says about where the median is, and a larger one says it more exactly. Then a pass over all
+//! pairs proves it: it counts the ratios below a narrow bracket and above it, and decides the few inside one by one in
+//! float64. Where many ratios are equal, too many are inside, and [`ties`] counts those.
 
 use super::matches::{Block, Matches, Places, Tiles};
 use super::pairs::{
@@ -124,7 +124,8 @@ impl<T: Real> AllPairs<'_, T> {
     }
 }
 
-/// Squared distances below this are not trusted, because smaller ones may have lost digits to underflow. It is above `SAME_SPOT`.
+/// Squared distances below this are not trusted, because smaller ones may have lost digits to underflow. It is above
+/// `SAME_SPOT`.
 const TRUSTED: f64 = 1e-30;
 const _: () = assert!(TRUSTED > SAME_SPOT);
 
@@ -142,9 +143,9 @@ struct Counted {
 
 /// One pass over pairs that counts on which side of a bracket their quotients lie.
 ///
-/// It takes no root and no division: `now / before < low` is `now < low before`. It works in the type of the positions, and is
-/// trusted only where rounding cannot matter. A pair for which rounding could matter, and every pair inside the bracket, is
-/// noted as borderline, to be decided in float64.
+/// It takes no root and no division: `now / before < low` is `now < low before`. It works in the type of the positions,
+/// and is trusted only where rounding cannot matter. A pair for which rounding could matter, and every pair inside the
+/// bracket, is noted as borderline, to be decided in float64.
 struct Count<'m, T> {
     matches: &'m Matches<T>,
     /// The bounds of the blocks, if they are patches. If there are none, no block is left out.
@@ -220,7 +221,8 @@ struct Counting<'u, T> {
     strips: usize,
     below: usize,
     above: usize,
-    /// A reference, because a value that is dropped in case of a panic has to be in memory, and the others should be in registers.
+    /// A reference, because a value that is dropped in case of a panic has to be in memory, and the others should be in
+    /// registers.
     borderline: &'u mut Borderline,
     overflown: bool,
 }
@@ -278,7 +280,8 @@ impl<T: Real> Tally<T> {
             self.above[lane] = self.above[lane] + if is_above { one } else { T::ZERO };
             open[lane] = if is_below | is_above { T::NAN } else { now };
         }
-        // Whether `open` is at least `possible`; asked this way round, because the other half of the question never changes.
+        // Whether `open` is at least `possible`; asked this way round, because the other half of the question never
+        // changes.
         T::within(simd, &[possible; LANES], &[T::ZERO; LANES], &open)
     }
 
@@ -321,7 +324,8 @@ mod tests {
         /// On a grid many ratios are equal; the finer the grid, the fewer.
         #[test]
         fn it_is_that_of_all_pairs(
-            count in prop_oneof![0_usize..70, Just(300), Just(450)], step in prop_oneof![Just(0.001_f32), Just(1.0), Just(40.0)],
+            count in prop_oneof![0_usize..70, Just(300), Just(450)],
+            step in prop_oneof![Just(0.001_f32), Just(1.0), Just(40.0)],
             seed in any::<u64>(), least in prop_oneof![Just(0.0), Just(100.0), Just(400.0)],
         ) {
             let mut state = seed;

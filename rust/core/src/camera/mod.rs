@@ -1,8 +1,9 @@
 //! Time-to-collision from how a thing grows in the picture, with no distance at all.
 //!
-//! [`matches`] says which matched keypoints count. An [`estimator`] makes one scale of them: [`median`] is the exact median of
-//! all pairs' ratios, with [`ties`] where many are equal; [`mean`] is their mean; [`similarity`] is a fit to all matches, and
-//! [`consensus`] finds the matches that move as one body. [`pairs`] goes through all pairs, sixteen at a time.
+//! [`matches`] says which matched keypoints count. An [`estimator`] makes one scale of them: [`median`] is the exact
+//! median of all pairs' ratios, with [`ties`] where many are equal; [`mean`] is their mean; [`similarity`] is a fit to
+//! all matches, and [`consensus`] finds the matches that move as one body. [`pairs`] goes through all pairs, sixteen at
+//! a time.
 
 mod consensus;
 mod estimator;
@@ -78,8 +79,7 @@ pub struct KeypointTtc {
 /// Time-to-collision from keypoints matched between two pictures taken `dt` seconds apart.
 ///
 /// # Errors
-/// When `dt` is not a time, the distance or the estimator's settings make no sense, or there are not as many positions now as
-/// before.
+/// When `dt` is not a time, the distance or the estimator's settings make no sense, or the numbers of positions differ.
 pub fn ttc_from_keypoints<T: Real>(
     keypoints: Keypoints<'_, T>,
     dt: f64,

@@ -1,8 +1,8 @@
 //! Pairs of matches: which of them count, the quotients of their distances, and passes over all of them.
 //!
-//! A pair tells how many times as far apart its matches are now. Roots are expensive and keep the order, so that everything is
-//! done with quotients of squared distances. A pass takes a strip of matches with blocks of others, sixteen pairs at a time,
-//! and hands them to a [`Visitor`].
+//! A pair tells how many times as far apart its matches are now. Roots are expensive and keep the order, so that
+//! everything is done with quotients of squared distances. A pass takes a strip of matches with blocks of others,
+//! sixteen pairs at a time, and hands them to a [`Visitor`].
 
 use super::matches::{Block, MOST, Matches, Places};
 use crate::lanes::{LANES, Lanes, each};
@@ -11,8 +11,8 @@ use crate::simd::{Instructions, Level};
 use std::cell::Cell;
 use std::ops::Range;
 
-/// Two previous positions whose squared distance is at most this are the same spot. It is the square of the smallest step above
-/// 1 in float64.
+/// Two previous positions whose squared distance is at most this are the same spot. It is the square of the smallest
+/// step above 1 in float64.
 pub(super) const SAME_SPOT: f64 = f64::EPSILON * f64::EPSILON;
 
 /// Which pairs count: those whose matches were apart, and are far enough apart now.
@@ -51,7 +51,8 @@ pub(super) fn squared_lanes<T: Real>([x, y]: [&Lanes<T>; 2], from: [T; 2]) -> La
     })
 }
 
-/// The quotients of the squared distances of a match from each of a block, now over before; NaN where the pair does not count.
+/// The quotients of the squared distances of a match from each of a block, now over before; NaN where the pair does not
+/// count.
 #[inline(always)]
 pub(super) fn quotients<T: Real>([x0, y0, x1, y1]: &Block<T>, from: [T; 4], rule: Rule) -> Lanes<f64> {
     let [before, now] = [[from[0], from[1]], [from[2], from[3]]].map(|from| from.map(T::to_f64));
@@ -92,8 +93,8 @@ impl Middle {
     }
 }
 
-/// The key that quotients are sorted by: their bits, which are in order because quotients are at least 0. Bits are quicker to
-/// compare than values.
+/// The key that quotients are sorted by: their bits, which are in order because quotients are at least 0. Bits are
+/// quicker to compare than values.
 #[inline(always)]
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "a key function gets a reference")]
 pub(super) fn in_order(quotient: &f64) -> u64 {
@@ -111,11 +112,11 @@ impl Bracket {
     /// The bracket that holds any quotient.
     pub(super) const ALL: Bracket = Bracket { low: 0.0, high: f64::INFINITY };
 
-    /// The bracket around the median of all values, by a sample. The sample has `below` values below this bracket, `above` values
-    /// above it, and the values `inside` it.
+    /// The bracket around the median of all values, by a sample. The sample has `below` values below this bracket,
+    /// `above` values above it, and the values `inside` it.
     ///
-    /// The new bracket is as wide as `deviations` standard deviations of the rank of a sample's median. An end that the sample
-    /// says nothing about stays as it is.
+    /// The new bracket is as wide as `deviations` standard deviations of the rank of a sample's median. An end that the
+    /// sample says nothing about stays as it is.
     pub(super) fn narrowed(self, inside: &mut [f64], below: usize, above: usize, deviations: f64) -> Self {
         let count = below + inside.len() + above;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number above 0")]
@@ -154,8 +155,8 @@ pub(super) struct AllPairs<'m, T> {
 
 /// Visits pairs.
 pub(super) trait Visitor<T> {
-    /// Visits the pairs of match `i`, which is `from`, with a block of matches that begins with match `j`. Lanes of NaN do not
-    /// count.
+    /// Visits the pairs of match `i`, which is `from`, with a block of matches that begins with match `j`. Lanes of NaN
+    /// do not count.
     fn visit<I: Instructions>(&mut self, simd: I, i: usize, from: [T; 4], j: usize, block: &Block<T>);
 
     /// Says at the end of a strip whether to go on.
@@ -213,8 +214,8 @@ impl<T: Real> Pairs<'_, T> {
 
 /// Some of the pairs `i < j`: those of a range of double strips, or an even sample of those.
 ///
-/// A strip is [`ROWS`] matches with the blocks of matches from their own on. Strips get shorter, so a double strip is one from
-/// each end, and all double strips are of about one length.
+/// A strip is [`ROWS`] matches with the blocks of matches from their own on. Strips get shorter, so a double strip is
+/// one from each end, and all double strips are of about one length.
 #[derive(Clone)]
 pub(super) struct Part {
     pub double_strips: Range<usize>,
@@ -313,7 +314,8 @@ impl<'m, T: Real> Strip<'m, T> {
 
 /// Pairs that a pass cannot decide in the type of the positions, and leaves to be decided one by one in float64.
 ///
-/// The memory is there from the beginning: a call in the loop that might ask for more would cost the loop all its registers.
+/// The memory is there from the beginning: a call in the loop that might ask for more would cost the loop all its
+/// registers.
 pub(super) struct Borderline {
     /// The first `used` of these are groups.
     words: Vec<u64>,
@@ -387,8 +389,8 @@ impl Borderline {
 
 const _: () = assert!(MOST <= 1 << 24);
 
-/// A group of pairs in one word: match `i` with some of the lanes from match `j` on. It has 24 bits each for `i` and `j`, and a bit
-/// for each lane.
+/// A group of pairs in one word: match `i` with some of the lanes from match `j` on. It has 24 bits each for `i` and
+/// `j`, and a bit for each lane.
 #[derive(Clone, Copy, Default)]
 struct Group(u64);
 

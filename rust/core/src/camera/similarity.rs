@@ -77,8 +77,8 @@ impl Similarity {
     }
 }
 
-/// The standard error of a scale: the distance of the matches from where it puts them by the best turn and shift, over the
-/// distance between the matches.
+/// The standard error of a scale: the distance of the matches from where it puts them by the best turn and shift, over
+/// the distance between the matches.
 pub(super) fn spread<T: Real>(matches: &Matches<T>, scale: f64) -> f64 {
     let freedom = (2 * matches.len()).saturating_sub(4);
     let Some(Centred { before, now, size, product }) = Centred::of(matches).filter(|_| freedom > 0) else {

@@ -1,8 +1,8 @@
 //! The exact median of all pairs' ratios where many ratios are equal, or almost.
 //!
-//! Positions on the pixels of a picture, and a thing that hardly moves, make ratios of exactly 1 by the thousand. So the ends of
-//! a bracket are values of a sample here, every quotient is computed in float64, and those equal to an end are counted, not
-//! kept. Such a pass takes several times as long as one that only counts, and one or two are enough.
+//! Positions on the pixels of a picture, and a thing that hardly moves, make ratios of exactly 1 by the thousand. So
+//! the ends of a bracket are values of a sample here, every quotient is computed in float64, and those equal to an end
+//! are counted, not kept. Such a pass takes several times as long as one that only counts, and one or two are enough.
 
 use super::matches::{Block, Matches, Places};
 use super::pairs::{AllPairs, Borderline, Bracket, Middle, Pairs, Part, Ratio, Rule, Visitor, in_order, quotients};

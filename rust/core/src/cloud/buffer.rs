@@ -1,4 +1,5 @@
-//! The candidates that a pass keeps: distances ahead, and the points that they belong to, in the order in which they came.
+//! The candidates that a pass keeps: distances ahead, and the points that they belong to, in the order in which they
+//! came.
 //!
 //! Distances are stored apart from the numbers of points, so that kernels count and compare them as lanes.
 
@@ -19,7 +20,8 @@ impl<T: Real> Candidate<T> {
     /// Orders the nearest first, and of two at one distance the one with the lower index.
     #[inline(always)]
     pub(super) fn order(&self, other: &Self) -> Ordering {
-        // A sort asks whether one is less. The answer is found without a branch: half of the branches would be guessed wrongly.
+        // A sort asks whether one is less. The answer is found without a branch: half of the branches would be guessed
+        // wrongly.
         if self.is_before(other) {
             Ordering::Less
         } else if other.is_before(self) {
@@ -61,8 +63,8 @@ impl<T: Real> CandidateBuffer<T> {
         self.index.push(index as u32);
     }
 
-    /// Adds those of the points `first .. first + LANES` whose bit is set. Whole registers are written and the rest is dropped,
-    /// without a branch: no processor could guess it.
+    /// Adds those of the points `first .. first + LANES` whose bit is set. Whole registers are written and the rest is
+    /// dropped, without a branch: no processor could guess it.
     #[inline(always)]
     pub(super) fn append<I: Instructions>(&mut self, simd: I, x: &Lanes<T>, keep: u16, first: usize) {
         #[allow(clippy::cast_possible_truncation, reason = "Points::new admits fewer than 2^32 points")]

@@ -1,15 +1,16 @@
 //! Euclidean clustering, as far as the nearest cluster that is large enough.
 //!
-//! Candidates are taken nearest first. A candidate that belongs to no cluster yet is the nearest point of a new one, which
-//! grows point after point: each asks a [`Tree`] of boxes for all that is near and in no cluster yet, until nothing is left.
-//! The first cluster with enough points is the answer, so on most frames one cluster is grown. A point that is taken leaves
-//! the tree, so that each is found once, however many points lie on one spot.
+//! Candidates are taken nearest first. A candidate that belongs to no cluster yet is the nearest point of a new one,
+//! which grows point after point: each asks a [`Tree`] of boxes for all that is near and in no cluster yet, until
+//! nothing is left. The first cluster with enough points is the answer, so on most frames one cluster is grown. A point
+//! that is taken leaves the tree, so that each is found once, however many points lie on one spot.
 //!
-//! In the tree points that lie together stand together, in groups of one for each lane; sixteen groups, each a box, make a
-//! group of the level above, and so on up to a single one. A point is a box without extent, so every level is asked the same.
+//! In the tree points that lie together stand together, in groups of one for each lane; sixteen groups, each a box,
+//! make a group of the level above, and so on up to a single one. A point is a box without extent, so every level is
+//! asked the same.
 //!
-//! Distances are rounded as a plain loop over all points would round them, and rounding keeps the order of what it rounds:
-//! a box is never farther from a point than what is in it, and no link is lost to rounding.
+//! Distances are rounded as a plain loop over all points would round them, and rounding keeps the order of what it
+//! rounds: a box is never farther from a point than what is in it, and no link is lost to rounding.
 
 use super::buffer::Candidate;
 use crate::lanes::{LANES, Lanes};
@@ -68,8 +69,8 @@ impl<S: Iterator<Item = usize>> Kernel for Search<S> {
             let others = taken;
             tree.take(seed, &mut to_grow);
             taken += 1;
-            // The point found last lies at the rim, so few points find all the others; once none is left to find, the rest
-            // need not be asked.
+            // The point found last lies at the rim, so few points find all the others; once none is left to find, the
+            // rest need not be asked.
             while taken < tree.len()
                 && let Some(place) = to_grow.pop()
             {
@@ -243,8 +244,8 @@ fn around((low, high): Bounds, (other_low, other_high): Bounds) -> Bounds {
     (each(lower, low, other_low), each(higher, high, other_high))
 }
 
-/// Sorts points so that neighbours stand together: it halves them along the longest axis, and the halves again, down to single
-/// groups.
+/// Sorts points so that neighbours stand together: it halves them along the longest axis, and the halves again, down to
+/// single groups.
 fn arrange(points: &mut [Numbered], mut extent: Point) {
     if points.len() <= LANES {
         return;

@@ -1,8 +1,8 @@
 //! The robust nearest distance ahead: from the points inside the gate to one distance.
 //!
-//! A pass gathers the candidates, and an estimator makes one distance of them. Each estimator answers the same question, how
-//! far ahead the nearest real thing is, with its own idea of which points are not real. Estimators see candidates only as
-//! distances ahead, except for the cluster, which needs points.
+//! A pass gathers the candidates, and an estimator makes one distance of them. Each estimator answers the same
+//! question, how far ahead the nearest real thing is, with its own idea of which points are not real. Estimators see
+//! candidates only as distances ahead, except for the cluster, which needs points.
 
 use super::buffer::{Candidate, CandidateBuffer};
 use super::cluster;
@@ -14,7 +14,7 @@ use crate::real::Real;
 use crate::simd::Level;
 use std::cmp::Ordering;
 
-/// What was found in a cloud.
+/// The result of the search for a distance in a cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Detection {
@@ -41,7 +41,7 @@ pub struct MinX {
     pub support: usize,
     /// The index of the point that the estimate is, if it is a single point.
     pub index: Option<u32>,
-    /// What was found.
+    /// The result of the search.
     pub detection: Detection,
 }
 
@@ -204,7 +204,8 @@ fn mean_of_lowest<T: Real>(kept: &mut CandidateBuffer<T>, k: usize, level: Level
     Some(Estimate { x: mean, index: None, support: k })
 }
 
-/// The quantile by NumPy's linear rule: between the two order statistics around `q (n - 1)`, weighed from the nearer one.
+/// The quantile by NumPy's linear rule: between the two order statistics around `q (n - 1)`, weighed from the nearer
+/// one.
 fn quantile<T: Real>(kept: &mut CandidateBuffer<T>, q: f64, level: Level) -> Option<f64> {
     let last = kept.len().checked_sub(1)?;
     let place = q * last as f64;
@@ -246,7 +247,7 @@ fn fenced<T: Real>(kept: &mut CandidateBuffer<T>, factor: f64, level: Level) -> 
 
 /// The nearest candidate with `points` candidates within `gap` behind it.
 fn supported<T: Real>(kept: &mut CandidateBuffer<T>, points: usize, gap: f64, level: Level) -> Option<Estimate> {
-    /// At first this many times as many of the nearest are sorted as have to be within the gap, then this many times more.
+    /// The growth of the part that is sorted: at first this many times `points`, then this many times more.
     const MORE: usize = 8;
     let enough = |pair: &[T]| pair[points - 1].to_f64() <= pair[0].to_f64() + gap;
     let mut some = points;

@@ -1,7 +1,7 @@
 //! The gate: which points count. It is a corridor ahead, straight or curved, above the road, of points bright enough.
 //!
-//! Most of a gate is a box in the stored columns, which the pass compares sixteen points at a time with. A curved path and a
-//! height above a fitted road are no box: [`NonBoxGate`] asks those of one point at a time.
+//! Most of a gate is a box in the stored columns, which the pass compares sixteen points at a time with. A curved path
+//! and a height above a fitted road are no box: [`NonBoxGate`] asks those of one point at a time.
 
 use crate::error::{Error, finite, non_negative};
 use crate::points::Points;
@@ -134,7 +134,8 @@ impl Gate {
         Ok((clearance - sensor_height, headroom - sensor_height))
     }
 
-    /// Whether the path runs straight ahead. A curvature below the normal numbers would lose its digits, so it counts as 0.
+    /// Whether the path runs straight ahead. A curvature below the normal numbers would lose its digits, so it counts
+    /// as 0.
     #[inline(always)]
     fn is_straight(&self) -> bool {
         self.curvature.abs() < f64::MIN_POSITIVE
@@ -183,7 +184,8 @@ impl Gate {
     #[inline(always)]
     pub(super) fn along_path(&self, x: f64, y: f64) -> (f64, f64) {
         let k = self.curvature;
-        // Behind the circle's centre the sign of a zero decides half a turn, so it is the path's, not the stored number's.
+        // Behind the circle's centre the sign of a zero decides half a turn, so it is the path's, not the stored
+        // number's.
         let forward = if x == 0.0 { 0.0_f64.copysign(k) } else { k * x };
         let across = 1.0 - k * y;
         let along = forward.atan2(across) / k;

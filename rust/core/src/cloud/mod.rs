@@ -1,8 +1,8 @@
 //! The robust nearest distance ahead in a point cloud, and a time-to-collision from how it shrinks.
 //!
-//! A [`gate`] says which points count. A [`pass`] over the cloud finds them and keeps them in a [`buffer`]; [`order`] finds
-//! order statistics of their distances, and [`cluster`] the nearest group of points. An [`estimator`] makes one distance of
-//! them. [`two_frame`] makes a time of two clouds, and [`tracker`] of many.
+//! A [`gate`] says which points count. A [`pass`] over the cloud finds them and keeps them in a [`buffer`]; [`order`]
+//! finds order statistics of their distances, and [`cluster`] the nearest group of points. An [`estimator`] makes one
+//! distance of them. [`two_frame`] makes a time of two clouds, and [`tracker`] of many.
 
 mod buffer;
 mod cluster;

@@ -1,9 +1,9 @@
 //! The n-th smallest of many distances, found by counting.
 //!
-//! Values stay where they are, in groups of lanes, and positive infinity fills the last group. An interval that holds the
-//! value is cut in four until as many values are at most one of the cuts as are asked for. Each step is a pass over lanes
-//! without a branch. In any order of the values, there are about half as many steps as bits in their number; ties may take
-//! half as many as a value has bits.
+//! Values stay where they are, in groups of lanes, and positive infinity fills the last group. An interval that holds
+//! the value is cut in four until as many values are at most one of the cuts as are asked for. Each step is a pass over
+//! lanes without a branch. In any order of the values, there are about half as many steps as bits in their number; ties
+//! may take half as many as a value has bits.
 
 use crate::lanes::{LANES, Lanes, least};
 use crate::real::Real;

@@ -1,8 +1,8 @@
 //! One pass over a cloud finds the points inside the gate, or as many of them as the estimate needs.
 //!
-//! [`Candidates::gather`] cuts the cloud into pieces for threads and each piece into rows; a row in whatever layout goes to
-//! the kernel [`Collect`], which takes sixteen points at a time. Most points are outside, so the kernel [`Next`] runs ahead
-//! with a quick test, the prefilter, to the next group that may hold a point inside.
+//! [`Candidates::gather`] cuts the cloud into pieces for threads and each piece into rows; a row in whatever layout
+//! goes to the kernel [`Collect`], which takes sixteen points at a time. Most points are outside, so the kernel
+//! [`Next`] runs ahead with a quick test, the prefilter, to the next group that may hold a point inside.
 //!
 //! An estimator that wants the `k` nearest needs no others. When more candidates have come than that, a sample of the
 //! remaining points says how near the nearest are at least, and the pass goes on with that bound.
@@ -97,8 +97,9 @@ impl<T: Real> Candidates<T> {
     /// Collects from a row in its layout.
     fn collect_as<L: Layout<T>>(&mut self, layout: L, search: Search<'_, T>) {
         let Some(from) = search.level.run(Collect { layout, search, from: 0, every: 1, into: self }) else { return };
-        // There are many candidates, and more are likely to come. The nearest of a sample are no nearer than the nearest of all,
-        // in whatever order points come, so they are a bound. A small sample bounds the large one, whose order may be bad too.
+        // There are many candidates, and more are likely to come. The nearest of a sample are no nearer than the
+        // nearest of all, in whatever order points come, so they are a bound. A small sample bounds the large one,
+        // whose order may be bad too.
         for every in [SAMPLE * SAMPLE, SAMPLE] {
             let mut sample = Candidates { cap: self.cap, ..Candidates::none(self.wanted, ROOM) };
             search.level.run(Collect { layout, search, from, every, into: &mut sample });
@@ -116,8 +117,8 @@ impl<T: Real> Candidates<T> {
         }
     }
 
-    /// Counts those of the points `first .. first + LANES` whose bit is set, and keeps those that lie between `low` and `high`
-    /// and are near enough.
+    /// Counts those of the points `first .. first + LANES` whose bit is set, and keeps those that lie between `low` and
+    /// `high` and are near enough.
     #[inline(always)]
     fn keep_lanes<I: Instructions>(&mut self, simd: I, x: &Lanes<T>, (low, high): (T, T), inside: u16, first: usize) {
         self.count += inside.count_ones() as usize;
@@ -187,7 +188,8 @@ impl<T: Real, L: Layout<T>> Kernel for Collect<'_, '_, T, L> {
             if at >= whole.end {
                 break;
             }
-            // Where there is a point inside, the next group is likely to hold one too: no prefilter until a group holds none.
+            // Where there is a point inside, the next group is likely to hold one too: no prefilter until a group holds
+            // none.
             let mut any = true;
             while any && at < whole.end {
                 any = groups.take(simd, at, u16::MAX, into);
@@ -274,7 +276,8 @@ impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
         }
     }
 
-    /// Takes those of the points `at .. at + LANES` that are in the gate and whose bit in `among` is set; says whether any is.
+    /// Takes those of the points `at .. at + LANES` that are in the gate and whose bit in `among` is set; says whether
+    /// any is.
     #[inline(always)]
     fn take<I: Instructions>(&self, simd: I, at: usize, among: u16, into: &mut Candidates<T>) -> bool {
         let mut inside = among & self.layout.inside(simd, at, &self.bounds, self.fourth);
@@ -291,7 +294,8 @@ impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
             self.take_singly(at, inside, into);
         } else {
             let ahead = if self.gate.axes[0].flipped { each(stored, |x| T::ZERO - x) } else { stored };
-            // The distances were read a second time, so they are compared again: another thread may have written meanwhile.
+            // The distances were read a second time, so they are compared again: another thread may have written
+            // meanwhile.
             into.keep_lanes(simd, &ahead, self.ahead, inside, self.first + at);
         }
         true

@@ -1,7 +1,8 @@
 //! Time-to-collision of the body ahead, from cloud to cloud.
 //!
-//! Each cloud shows a body: its edge, which is the robust nearest distance, and its profile behind the edge. The tracker gives
-//! this sighting to the body that it continues, or begins another, and the alignment of the profiles tells how the body moves.
+//! Each cloud shows a body: its edge, which is the robust nearest distance, and its profile behind the edge. The
+//! tracker gives this sighting to the body that it continues, or begins another, and the alignment of the profiles
+//! tells how the body moves.
 
 use super::estimator::{Detection, Estimator, robust_min_x};
 use super::gate::Gate;
@@ -188,7 +189,7 @@ impl CloudTracker {
     /// Takes a cloud, and says how the body ahead moves.
     ///
     /// # Errors
-    /// For the reasons of [`robust_min_x`].
+    /// When the gate bounds an intensity that the points lack.
     pub fn update<T: Real>(&mut self, points: Points<'_, T>, stamp: f64, level: Level) -> Result<TrackedTtc, Error> {
         let CloudSettings { gate, estimator, method, .. } = self.settings;
         let found = robust_min_x(points, &gate, estimator, level, 1)?;

@@ -28,7 +28,8 @@ pub struct CloudTtc {
 
 /// Time-to-collision by two clouds taken `dt` seconds apart.
 ///
-/// Where either cloud has too few points for the estimator, both are taken at their plain nearest, and the status says so.
+/// If either cloud has too few points for the estimator, the plain nearest distance of both is used, and the status
+/// says so.
 ///
 /// # Errors
 /// When `dt` is not a time or the offset is not a number, and for the reasons of [`robust_min_x`].

@@ -1,10 +1,10 @@
-//! From a cloud to a plane.
+//! The plane that fits a cloud best.
 //!
-//! One pass sorts the points into square metres of ground, and above each a column of voxels. The columns vote for a coarse
-//! plane, a Hough transform, which is then refined to fit the columns that agree with it.
+//! One pass sorts the points into square metres of ground, and above each a column of voxels. The columns vote for a
+//! coarse plane, a Hough transform, which is then refined to fit the columns that agree with it.
 //!
-//! Near the car a square metre holds thousands of points and far away a few; fitted to points, a road would be the road in
-//! front of the bumper. So every square metre counts as one patch.
+//! Near the car a square metre holds thousands of points and far away a few; fitted to points, a road would be the road
+//! in front of the bumper. So every square metre counts as one patch.
 
 use super::search::{LAYERS_PER_METRE, RoadSearch};
 use crate::cloud::Road;
@@ -25,7 +25,8 @@ pub(super) fn plane<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Opt
 /// One in this many points of a column may lie below the road, because reflections do.
 const ONE_BELOW_IN: f64 = 10.0;
 
-/// The number of points of a voxel and the sum of each of their coordinates. Fresh memory of plain numbers is zero already.
+/// The number of points of a voxel and the sum of each of their coordinates. Fresh memory of plain numbers is zero
+/// already.
 type Sums = [f64; 4];
 
 /// A voxel that holds points.
@@ -50,7 +51,8 @@ struct VoxelColumn {
     voxels: Vec<Voxel>,
     /// The mean position of the lowest voxel with no more than a tenth of the points below it, m.
     ground: [f64; 3],
-    /// The share of the points in the ground or just above: all of them over a road, few where there is a wall or a bush.
+    /// The share of the points in the ground or just above: all of them over a road, few where there is a wall or a
+    /// bush.
     flatness: f64,
 }
 
@@ -125,15 +127,15 @@ fn columns<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Vec<VoxelCol
     sums.chunks_exact(layers).filter_map(VoxelColumn::new).collect()
 }
 
-/// Two neighbouring slopes of the vote differ by this much in height across the whole region, m. That is little enough for the
-/// first step of the refinement.
+/// Two neighbouring slopes of the vote differ by this much in height across the whole region, m. That is little enough
+/// for the first step of the refinement.
 const SLOPE_STEP: f64 = 0.6;
 
 /// The plane with most votes; of several the flattest, then the lowest.
 ///
-/// Every plane on a grid of slopes and heights that could be the road is tried, and the one that the ground of most columns
-/// lies on wins. There is no starting point to get stuck at, and nothing random. Walls and bushes lie on many planes, a little
-/// on each, so a vote weighs as much as its column is flat.
+/// Every plane on a grid of slopes and heights that could be the road is tried, and the one that the ground of most
+/// columns lies on wins. There is no starting point to get stuck at, and nothing random. Walls and bushes lie on many
+/// planes, a little on each, so a vote weighs as much as its column is flat.
 fn hough_vote(columns: &[VoxelColumn], search: &RoadSearch) -> Road {
     let lowest = -search.sensor_height - search.height_tolerance;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a checked number above 0")]
@@ -171,7 +173,8 @@ fn slopes((low, high): (f64, f64), steepest: f64) -> impl Iterator<Item = f64> {
 
 /// The tolerance of each step, m, unless that of the search is wider. The first is wide enough for the coarse plane.
 const STEPS: [f64; 8] = [0.3, 0.2, 0.15, 0.0, 0.0, 0.0, 0.0, 0.0];
-/// The tolerance below the road is this many times that above it: of two planes that a kerb parts, the lower is the road.
+/// The tolerance below the road is this many times that above it: of two planes that a kerb parts, the lower is the
+/// road.
 const BELOW: f64 = 2.0;
 
 /// A fitted plane, and the patches that it rests on.
@@ -193,7 +196,8 @@ struct Patch {
 
 /// Fits the plane again and again to the patches that agree with it, and stops when these are a mere line.
 ///
-/// This is iteratively reweighted least squares with Tukey's biweight [Huber, Robust Statistics; Beaton and Tukey 1974].
+/// This is iteratively reweighted least squares with Tukey's biweight [Huber, Robust Statistics; Beaton and Tukey
+/// 1974].
 fn refine(columns: &[VoxelColumn], coarse: Road, search: &RoadSearch) -> Refined {
     let mut refined = Refined { road: coarse, inliers: 0, patches: 0, width: 0.0, rms: f64::NAN };
     for step in STEPS {
@@ -256,8 +260,8 @@ impl Moments {
         Moments { weight, mean, xx, xy, yy, xz: covariance(0, 2), yz: covariance(1, 2) }
     }
 
-    /// The width of an even strip that spreads as much in its narrowest direction, m: the square root of 12 times the lesser
-    /// eigenvalue of the covariance.
+    /// The width of an even strip that spreads as much in its narrowest direction, m: the square root of 12 times the
+    /// lesser eigenvalue of the covariance.
     fn width(&self) -> f64 {
         if self.weight == 0.0 {
             return 0.0;

@@ -1,7 +1,7 @@
 //! The road as a plane, found in a cloud.
 //!
-//! [`search`] says where to look and what to accept; [`fit`] finds the plane that fits the cloud best; [`fit_road`] decides
-//! whether that plane is a road. A [`Gate`](crate::cloud::Gate) can stand on it.
+//! [`search`] says where to look and what to accept; [`fit`] finds the plane that fits the cloud best; [`fit_road`]
+//! decides whether that plane is a road. A [`Gate`](crate::cloud::Gate) can stand on it.
 
 mod fit;
 mod search;

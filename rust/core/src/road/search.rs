@@ -1,4 +1,4 @@
-//! Where to look for a road, and what to accept as one.
+//! The settings of the search for a road: the region to look in, and what to accept.
 
 use crate::cloud::{Axis, Gate, Interval, REP_103};
 use crate::error::{Error, at_least_one, finite, positive, share};
@@ -14,7 +14,7 @@ const LEAST_WIDTH: f64 = 0.01;
 /// The steepest road. A steeper plane is none, and takes long to look for.
 const STEEPEST: f64 = 1.0;
 
-/// Where to look for a road, and what to accept as one.
+/// The settings of the search for a road: the region to look in, and what to accept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadSearch {
     /// Height of the sensor above the road, m, as far as it is known.

@@ -1,4 +1,4 @@
-//! From a posterior of distance and closing speed to a time-to-collision with its interval.
+//! The answer of a tracker: from a posterior of distance and closing speed to a time-to-collision with its interval.
 
 use super::filter::Posterior;
 use crate::status::Status;
@@ -38,8 +38,8 @@ impl TrackedTtc {
         TrackedTtc::nothing(if distance <= 0.0 { Status::Contact } else { status }, distance)
     }
 
-    /// The answer that a posterior gives. `quantile` is half an interval in standard deviations, and `closes` says whether the
-    /// gap closes.
+    /// The answer that a posterior gives. `quantile` is half an interval in standard deviations, and `closes` says
+    /// whether the gap closes.
     pub(super) fn new(posterior: Posterior, quantile: f64, closes: bool) -> Self {
         let Posterior { distance, closing_speed, vv, .. } = posterior;
         let half = quantile * vv.sqrt();
@@ -69,9 +69,11 @@ impl TrackedTtc {
     }
 }
 
-/// The interval of all times `T >= 0` for which `distance - T closing_speed` is within `quantile` standard deviations of 0 (Fieller 1954).
+/// The interval of all times `T >= 0` for which `distance - T closing_speed` is within `quantile` standard deviations
+/// of 0 (Fieller 1954).
 ///
-/// The condition is `g T^2 - 2 b T + c <= 0`. Where the closing speed may be 0, g is below 0 and the times have no upper end.
+/// The condition is `g T^2 - 2 b T + c <= 0`. Where the closing speed may be 0, g is below 0 and the times have no
+/// upper end.
 fn ratio_interval(posterior: Posterior, quantile: f64) -> [f64; 2] {
     let Posterior { distance, closing_speed, dd, dv, vv, .. } = posterior;
     let squared = quantile * quantile;

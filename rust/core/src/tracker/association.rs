@@ -1,8 +1,9 @@
 //! Which target a distance belongs to, and what is said when there is none.
 //!
-//! There is a confirmed track, which answers, and sometimes a tentative one: the target that was followed before a nearer one
-//! came, or distances that do not fit the confirmed track and have not been seen often enough. A distance whose innovation is
-//! in the gate of one of them goes to that one, and to one only, so that no answer is a mean of two cars.
+//! There is a confirmed track, which answers, and sometimes a tentative one: the target that was followed before a
+//! nearer one came, or distances that do not fit the confirmed track and have not been seen often enough. A distance
+//! whose innovation is in the gate of one of them goes to that one, and to one only, so that no answer is a mean of two
+//! cars.
 
 use super::answer::TrackedTtc;
 use super::filter::Measurement;
@@ -125,8 +126,8 @@ impl DistanceTracker {
         if is_lost { answer.with(Status::Lost) } else { answer }
     }
 
-    /// Gives a distance to the tentative track. It becomes the confirmed one after enough hits in a row, or if the confirmed
-    /// one was but a flicker.
+    /// Gives a distance to the tentative track. It becomes the confirmed one after enough hits in a row, or if the
+    /// confirmed one was but a flicker.
     fn update_tentative(&mut self, confirmed: Track, mut tentative: Track, new: Measurement, innovation: &Innovation) {
         tentative.update(new, innovation);
         let flicker = confirmed.is_warming_up() && tentative.filter.frames() > confirmed.filter.frames();
@@ -195,8 +196,8 @@ impl DistanceTracker {
     }
 }
 
-/// Whether the tentative track gets a distance that is in its gate. A distance in the gate of the confirmed track too goes to
-/// the tentative one only while the confirmed one warms up and predicts it less well.
+/// Whether the tentative track gets a distance that is in its gate. A distance in the gate of the confirmed track too
+/// goes to the tentative one only while the confirmed one warms up and predicts it less well.
 fn prefers_tentative(confirmed: &Track, innovation: &Innovation, tentative: &Innovation) -> bool {
     !innovation.in_gate || (confirmed.is_warming_up() && tentative.value.abs() < innovation.value.abs())
 }

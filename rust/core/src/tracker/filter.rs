@@ -1,12 +1,13 @@
-//! The filters that remember one state instead of frames: Kalman's filter, and the alpha-beta filter with fading memory.
+//! The filters that remember one state instead of frames: Kalman's filter, and the alpha-beta filter with fading
+//! memory.
 //!
-//! The state is distance, closing speed and closing acceleration, with the covariance of their errors. Each distance takes
-//! two steps: `predict` moves the state on to the stamp of the distance, and `update` corrects it by the innovation, which is
-//! the measured less the predicted distance. The methods differ in the process noise that enters between frames and in the
-//! gains; everything else is one recursion.
+//! The state is distance, closing speed and closing acceleration, with the covariance of their errors. Each distance
+//! takes two steps: `predict` moves the state on to the stamp of the distance, and `update` corrects it by the
+//! innovation, which is the measured less the predicted distance. The methods differ in the process noise that enters
+//! between frames and in the gains; everything else is one recursion.
 //!
-//! An alpha-beta filter keeps its acceleration at 0, and the covariance carries what that may cost: the acceleration is a
-//! consider state, as Schmidt's.
+//! An alpha-beta filter keeps its acceleration at 0, and the covariance carries what that may cost: the acceleration is
+//! a consider state, as Schmidt's.
 
 /// One distance, and how much it is trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,8 +161,8 @@ impl KalmanFilter {
         }
     }
 
-    /// The gains of a least-squares line whose weights fade. Until the filter has seen enough frames to forget any, the gains
-    /// are those of a line whose weights do not fade.
+    /// The gains of a least-squares line whose weights fade. Until the filter has seen enough frames to forget any, the
+    /// gains are those of a line whose weights do not fade.
     fn fading_gains(&self, memory: f64, dt: f64) -> [f64; 3] {
         let (n, kept) = (f64::from(self.frames), (-dt / memory).exp());
         let growing = n * (n + 1.0);
@@ -173,7 +174,8 @@ impl KalmanFilter {
     /// What the filter says of `stamp`.
     pub(super) fn posterior(&self, stamp: f64) -> Posterior {
         let State { mean: [distance, closing_speed, _], covariance: [dd, dv, da, vv, _, aa] } = self.predict(stamp);
-        // With gains that do not depend on it, an acceleration that is only allowed for adds a square to the covariance.
+        // With gains that do not depend on it, an acceleration that is only allowed for adds a square to the
+        // covariance.
         let model_bias = if self.model.memory.is_some() && aa > 0.0 { da * da / aa } else { 0.0 };
         Posterior { distance, closing_speed, dd, dv, vv, model_bias }
     }

@@ -13,8 +13,8 @@ use crate::error::Error;
 use crate::status::Status;
 
 impl DistanceTracker {
-    /// Everything that the tracker remembers, without its settings. A tracker made by [`from_numbers`](Self::from_numbers) goes
-    /// on from there, bit for bit.
+    /// Everything that the tracker remembers, without its settings. A tracker made by
+    /// [`from_numbers`](Self::from_numbers) goes on from there, bit for bit.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let mut out = vec![self.origin.unwrap_or(f64::NAN), self.newest, self.noise.sum, self.noise.weight];

@@ -1,9 +1,10 @@
-//! One target: its filter, how noisy its distances are, whether the model follows them, and whether the gap is stationary.
+//! One target: its filter, how noisy its distances are, whether the model follows them, and whether the gap is
+//! stationary.
 //!
 //! A new distance is compared with what the filter predicts: the difference is the innovation. Divided by its standard
-//! deviation it teaches three things. Its size tells the [`NoiseLevel`]. Its likeness from frame to frame tells whether the
-//! model lags behind, the [`InnovationCorrelation`]. The [`StationaryTest`] asks a filter of its own whether a gap shrinks at
-//! all.
+//! deviation it teaches three things. Its size tells the [`NoiseLevel`]. Its likeness from frame to frame tells whether
+//! the model lags behind, the [`InnovationCorrelation`]. The [`StationaryTest`] asks a filter of its own whether a gap
+//! shrinks at all.
 
 use super::filter::{KalmanFilter, Measurement, Model, Posterior};
 use super::settings::{Method, Noise, Settings};
@@ -24,8 +25,8 @@ pub(super) struct Track {
 pub(super) struct Innovation {
     /// The measured less the predicted distance, m.
     pub value: f64,
-    /// The innovation in standard deviations of the noise alone, so that a bias of the model shows in it. `None` after a
-    /// single frame.
+    /// The innovation in standard deviations of the noise alone, so that a bias of the model shows in it. `None` after
+    /// a single frame.
     pub normalized: Option<f64>,
     /// Whether the distance is near enough to belong to the track.
     pub in_gate: bool,
@@ -200,7 +201,8 @@ impl NoiseLevel {
 
     /// Learns from a normalized innovation.
     ///
-    /// Its square times the variance of a distance is, on average, that variance, if the filter is right about all else.
+    /// Its square times the variance of a distance is, on average, that variance, if the filter is right about all
+    /// else.
     pub(super) fn learn(&mut self, normalized: f64) {
         if let Noise::Estimated { frames, .. } = self.noise {
             let kept = 1.0 - 1.0 / frames;
@@ -213,7 +215,8 @@ impl NoiseLevel {
 /// The 95 % quantile of a normal distribution.
 pub(super) const NORMAL: f64 = 1.644_853_626_951_472_2;
 
-/// The 95 % quantile of Student's distribution, from 3 degrees of freedom to within 0.3 % (Abramowitz and Stegun 26.7.5).
+/// The 95 % quantile of Student's distribution, from 3 degrees of freedom to within 0.3 % (Abramowitz and Stegun
+/// 26.7.5).
 fn student(freedom: f64) -> f64 {
     let (z, n) = (NORMAL, freedom);
     let z3 = z * z * z;
@@ -223,7 +226,8 @@ fn student(freedom: f64) -> f64 {
         + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * n * n * n)
 }
 
-/// How alike normalized innovations are from frame to frame. They are alike where the model lags behind or the noise drifts.
+/// How alike normalized innovations are from frame to frame. They are alike where the model lags behind or the noise
+/// drifts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct InnovationCorrelation {
     pub(super) last: f64,
@@ -260,15 +264,16 @@ impl InnovationCorrelation {
 
 /// Tests whether a gap is stationary.
 ///
-/// A standing car is in front for hours, and of any filter's noise a time-to-collision could be made. So a line with fading
-/// memory is asked first: it has fewer freedoms than most filters, and tells earlier whether a gap shrinks at all.
+/// A standing car is in front for hours, and of any filter's noise a time-to-collision could be made. So a line with
+/// fading memory is asked first: it has fewer freedoms than most filters, and tells earlier whether a gap shrinks at
+/// all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StationaryTest {
     pub(super) line: KalmanFilter,
     /// The last normalized innovation.
     pub(super) last: f64,
-    /// The mean square of normalized innovations. Were the gap stationary, the line would be the right model, and this would
-    /// tell the noise of its distances.
+    /// The mean square of normalized innovations. Were the gap stationary, the line would be the right model, and this
+    /// would tell the noise of its distances.
     pub(super) spread: f64,
 }
 
@@ -319,8 +324,8 @@ impl StationaryTest {
     /// Whether the gap closes, by the posterior of a filter. `quantile` is half an interval in standard deviations, and
     /// `variance_factor` is that of the innovations' correlation.
     ///
-    /// While the line may be level, the gap is stationary, whatever the filter makes of its noise. Once the line is not level,
-    /// the filter decides; against the line, which is late, only if it is certain.
+    /// While the line may be level, the gap is stationary, whatever the filter makes of its noise. Once the line is not
+    /// level, the filter decides; against the line, which is late, only if it is certain.
     pub(super) fn closes(&self, posterior: &Posterior, quantile: f64, variance_factor: f64) -> bool {
         let line = self.line.posterior(self.line.stamp);
         let spread = self.spread.clamp(1.0, Self::MOST_SPREAD);

@@ -1,8 +1,8 @@
 //! The filters that remember the frames of the newest seconds, and fit them anew each time.
 //!
-//! A line or a parabola of weighted least squares, or the Theil-Sen line: the median slope of all pairs of frames, and the
-//! median of what it leaves. Each fit counts time from the stamp it is asked about, so that its first two coefficients are
-//! the distance and minus the closing speed there.
+//! A line or a parabola of weighted least squares, or the Theil-Sen line: the median slope of all pairs of frames, and
+//! the median of what it leaves. Each fit counts time from the stamp it is asked about, so that its first two
+//! coefficients are the distance and minus the closing speed there.
 
 use super::filter::{Measurement, Posterior};
 use crate::real::median;
@@ -46,8 +46,8 @@ impl Window {
         if self.fit == Fit::Parabola { 4 } else { 3 }
     }
 
-    /// Takes a frame, and drops those older than the window, as long as enough stay for the fit: a sensor with few frames a
-    /// second still gets an answer.
+    /// Takes a frame, and drops those older than the window, as long as enough stay for the fit: a sensor with few
+    /// frames a second still gets an answer.
     pub(super) fn update(&mut self, new: Measurement) {
         self.frames.push(new);
         let most = if self.fit == Fit::TheilSen { MOST_OF_PAIRS } else { MOST };
@@ -70,8 +70,9 @@ impl Window {
 
     /// Weighted least squares of `C` coefficients in the time from `stamp`.
     ///
-    /// The polynomial cannot follow the next power of time, whose coefficient is known by its standard deviation only. That
-    /// power moves the first two coefficients by a known vector, whose square joins the covariance as the model's bias.
+    /// The polynomial cannot follow the next power of time, whose coefficient is known by its standard deviation only.
+    /// That power moves the first two coefficients by a known vector, whose square joins the covariance as the model's
+    /// bias.
     fn least_squares<const C: usize>(&self, stamp: f64, variance: f64) -> Posterior {
         let newest = self.frames[self.frames.len() - 1].distance;
         let scale = stamp - self.frames[0].stamp; // times are divided by it, for a well-conditioned fit
@@ -113,8 +114,8 @@ impl Window {
         }
     }
 
-    /// The Theil-Sen line. `bias` is what half an acceleration times the square of time does to it: the projection of least
-    /// squares.
+    /// The Theil-Sen line. `bias` is what half an acceleration times the square of time does to it: the projection of
+    /// least squares.
     fn theil_sen(&self, stamp: f64, variance: f64) -> Posterior {
         let (frames, acceleration) = (&self.frames, self.unmodelled);
         let n = frames.len() as f64;
