@@ -1,6 +1,9 @@
-"""Logs: what they give, and what they say of a log that cannot be read."""
+"""NumPy archives of scans, and what is said of a log that cannot be read."""
 
+import gzip
 import itertools
+import shutil
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -8,7 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.bags import Scan
+from tests.support.bags import write as write_bag
 from ttc_fast.logs import LogError, ScanLog, open_log
+from ttc_fast.logs import log as logs_log
 from ttc_fast.replay import sample
 
 SAMPLE = sample("scans")
@@ -104,7 +110,10 @@ def test_a_missing_array_is_named(name: str, write: Callable[[Arrays], Path]) ->
         ({"w": np.array(["a", "b", "c"])}, "'w' must be numbers, got <U1"),
         ({"angle_min": np.zeros(2)}, r"'angle_min' must be one number, got float64 of shape \(2,\)"),
         ({"mount": np.zeros(2)}, r"'mount' must be 3 numbers, got float64 of shape \(2,\)"),
-        ({"v": np.array([None, 1, 2], object)}, "is not a NumPy archive, or is damaged: Object arrays"),
+        (
+            {"v": np.array([None, 1, 2], object)},
+            "is not a NumPy archive, or is damaged: array 'v' cannot be read as numbers; copy it",
+        ),
     ],
 )
 def test_a_wrong_array_is_named(wrong: Arrays, said: str, write: Callable[[Arrays], Path]) -> None:
@@ -212,3 +221,89 @@ def test_a_folder_of_logs_says_how_to_name_them(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(SAMPLE.read_bytes())
     with pytest.raises(LogError, match=r"is a folder of logs, one\.npz and others; give them by their names: .*/\*"):
         open_log(tmp_path)
+
+
+# Archives that are damaged within, and what they unpack to
+
+
+def rewritten(path: Path, change: Callable[[str, bytes], bytes]) -> Path:
+    """Write an archive anew, each member changed."""
+    out = path.with_name("changed.npz")
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            new.writestr(name, change(name, old.read(name)))
+    return out
+
+
+@pytest.mark.parametrize("sensor", ["scans", "clouds"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda content: b"x" + content,
+        lambda content: content.replace(b"(", b"((((", 1),
+        lambda content: content.replace(b"'descr'", b"'other'"),
+        lambda content: content.replace(b"'fortran_order': False", b"'fortran_order': 10000"),
+        lambda content: content[:64],
+        lambda content: b"",
+        lambda content: content[:6] + b"\x09" + content[7:],
+    ],
+)
+def test_every_member_that_is_no_array_is_refused_by_name(
+    change: Callable[[bytes], bytes], sensor: str, tmp_path: Path
+) -> None:
+    path = Path(shutil.copy(sample(sensor), tmp_path / "log.npz"))
+    with zipfile.ZipFile(path) as archive:
+        members = archive.namelist()
+    for member in members:
+
+        def one(name: str, content: bytes, changed: str = member) -> bytes:
+            return change(content) if name == changed else content
+
+        with pytest.raises(
+            LogError, match=r"changed\.npz: is not a NumPy archive, or is damaged: array '.*' cannot be"
+        ):
+            open_log(rewritten(path, one))
+
+
+@pytest.mark.parametrize("name", ["angle_min", "angle_increment", "range_min", "range_max", "mount", "outline"])
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+def test_settings_of_an_archive_are_finite(name: str, number: float, write: Callable[[Arrays], Path]) -> None:
+    size = {"mount": 3, "outline": 4}.get(name)
+    path = write(good() | {name: number if size is None else np.full(size, number)})
+    if (name, number) == ("range_max", np.inf):
+        assert open_scans(path).scanner.range_max == np.inf
+        return
+    with pytest.raises(LogError, match=f"array '{name}' must be finite, got {number}"):
+        open_scans(path)
+
+
+def test_an_archive_that_unpacks_to_no_recording_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(logs_log, "SURELY_UNPACKED", 1 << 20)
+    arrays = good() | {"ranges": np.zeros((3, 100_000), np.float32)}
+    np.savez(tmp_path / "plain.npz", **arrays)
+    assert open_scans(tmp_path / "plain.npz").frame_count == 3
+    np.savez_compressed(tmp_path / "packed.npz", **arrays)
+    with pytest.raises(LogError, match=r"packed\.npz: is not .* MB that unpack to 0\.0012 GB are no recording"):
+        open_scans(tmp_path / "packed.npz")
+
+
+@pytest.mark.parametrize("name", ["a.bin.gz", "a.pcd.gz"])
+def test_a_frame_that_unpacks_to_no_cloud_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(logs_log, "SURELY_UNPACKED", 1 << 20)
+    (tmp_path / name).write_bytes(gzip.compress(bytes(1 << 21)))
+    with pytest.raises(LogError, match=r"gz: is damaged: it unpacks to more than 0\.001 GB, which is no cloud"):
+        list(open_log(tmp_path / name))
+
+
+@pytest.mark.parametrize("kind", ["db3.zstd", "mcap.zstd", "bag.bz2", "bag.lz4"])
+def test_messages_that_unpack_to_no_message_are_left_out(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    items = [Scan(i / 10, i / 10, np.full(100_000 if i == 5 else 10_000, 2.0, np.float32)) for i in range(10)]
+    path = write_bag(tmp_path, kind, items, chunk=1000)
+    monkeypatch.setattr(logs_log, "SURELY_UNPACKED", 1 << 16)
+    monkeypatch.setattr(logs_log, "MOST_RATIO", 1)
+    with pytest.raises(LogError, match=r"unpacks? to (more than )?[\d.]+"):
+        list(open_log(path))

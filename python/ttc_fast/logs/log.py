@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 FrameT_co = TypeVar("FrameT_co", covariant=True)
 Axes = tuple[str, str, str]
 REP_103: Axes = ("x", "y", "z")
+SURELY_UNPACKED, MOST_RATIO = 1 << 28, 100  # bytes, and unpacked over packed
 PACKED = (".zstd", ".zst", ".gz", ".bz2", ".xz", ".lz4", ".zip", ".7z")
 """The endings of compressed files."""
 
@@ -80,6 +81,11 @@ def files_in(folder: Path) -> list[Path]:
 def unpacked_name(name: str) -> str:
     """Return the name that a compressed file has when it is unpacked; of any other file its own."""
     return name[: -len(Path(name).suffix)] if name.lower().endswith(PACKED) else name
+
+
+def most_unpacked(packed: int) -> int:
+    """Return how many bytes this many may be unpacked to; what comes to more would fill the memory, and is no data."""
+    return max(SURELY_UNPACKED, MOST_RATIO * packed)
 
 
 def need(package: str, path: Path) -> ModuleType:

@@ -6,7 +6,7 @@ import struct
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.logs.container import Topic, opened, plain_type
-from ttc_fast.logs.log import ReadErrors, need
+from ttc_fast.logs.log import ReadErrors, most_unpacked, need
 from ttc_fast.ros_messages import CDR, ROS1
 
 if TYPE_CHECKING:
@@ -93,6 +93,8 @@ class McapFile:
                 yield record
                 continue
             try:
+                if record.uncompressed_size > most_unpacked(len(record.data)):
+                    raise ValueError(f"{len(record.data)} bytes that unpack to {record.uncompressed_size}")
                 unpacked = self._package.breakup_chunk(record, validate_crc=True)
             except self._damaged as damage:
                 errors.add(f"chunk at byte {at} of {self._size} is damaged and left out: {_said(damage)}")

@@ -11,16 +11,15 @@ has; ``sensor_height`` above the road, m. Optional is ``front_offset`` from the 
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ScanFrame, Scanner
+from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ScanFrame, Scanner, most_unpacked
 from ttc_fast.logs.options import LIDAR, SCANNER
 
 if TYPE_CHECKING:
+    import zipfile
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
@@ -34,8 +33,7 @@ SCANS_NEED = ("t", "ranges", *BEAMS)
 CLOUDS_NEED = ("t", "points", "counts", "sensor_height")
 NAMES = {*SCANS_NEED, "v", "w", *PLACES, *CLOUDS_NEED, "front_offset"}
 CLOCK = "stamps of the log"
-# What a damaged archive raises, from its directory to the header of an array.
-DAMAGED = (ValueError, EOFError, MemoryError, RuntimeError, SyntaxError, zipfile.BadZipFile, zlib.error)
+UNREADABLE = "cannot be read as numbers; copy it again, or write it with numpy.savez"
 
 
 def open_archive(path: Path, options: LogOptions) -> ScanArchive | CloudArchive:
@@ -187,11 +185,13 @@ class Arrays:
         return stamps
 
     def numbers(self, name: str, size: int) -> tuple[Any, ...]:
-        """Return a setting that has this many numbers."""
+        """Return a setting that has this many numbers, which are finite; ``range_max`` may be inf."""
         numbers = self[name]
         if numbers.size != size or numbers.dtype.kind not in "fiu":
             wanted = "one number" if size == 1 else f"{size} numbers"
             raise self.error(name, f"must be {wanted}, got {numbers.dtype} of shape {numbers.shape}")
+        if not (np.isfinite(numbers) | ((numbers > 0) & (name == "range_max"))).all():
+            raise self.error(name, f"must be finite, got {', '.join(map(str, numbers.flat))}")
         return tuple(float(number) for number in numbers.flat)
 
     def error(self, name: str, problem: str) -> LogError:
@@ -205,8 +205,28 @@ def _load(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
             archive = np.load(file)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise LogError(path, "is a single NumPy array, not an archive of several; write it with numpy.savez")
-            return {name: archive[name] for name in names if name in archive}
+            _check_sizes(path, archive.zip.infolist())
+            return {name: _array(path, archive, name) for name in names if name in archive}
+    except LogError:
+        raise
     except OSError as error:
         raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
-    except DAMAGED as error:
-        raise LogError(path, f"is not a NumPy archive, or is damaged: {error}") from error
+    except Exception as error:  # a damaged directory raises whatever zipfile and NumPy meet
+        raise LogError(path, f"is not a NumPy archive, or is damaged: it {UNREADABLE}") from error
+
+
+def _check_sizes(path: Path, members: list[zipfile.ZipInfo]) -> None:
+    packed, unpacked = sum(each.compress_size for each in members), sum(each.file_size for each in members)
+    if unpacked > most_unpacked(packed):
+        size = f"{packed / 1e6:.3g} MB that unpack to {unpacked / 1e9:.3g} GB"
+        raise LogError(path, f"is not a NumPy archive, or is damaged: {size} are no recording")
+
+
+def _array(path: Path, archive: Any, name: str) -> NDArray[Any]:
+    try:
+        array = archive[name]  # bytes where a member is no array
+        if isinstance(array, np.ndarray):
+            return array
+    except Exception as error:  # as above, from the header of an array to its last byte
+        raise LogError(path, f"is not a NumPy archive, or is damaged: array {name!r} {UNREADABLE}") from error
+    raise LogError(path, f"is not a NumPy archive, or is damaged: array {name!r} {UNREADABLE}")

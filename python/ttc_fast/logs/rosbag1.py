@@ -13,7 +13,7 @@ import struct
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 from ttc_fast.logs.container import Topic, opened, plain_type
-from ttc_fast.logs.log import ReadErrors, need
+from ttc_fast.logs.log import ReadErrors, most_unpacked, need
 from ttc_fast.ros_messages import ROS1
 
 if TYPE_CHECKING:
@@ -144,6 +144,8 @@ class Bag:
         packed = file.read(record.end - record.start)
         if kind == "none":
             return packed, max(size, len(packed))
+        if size > most_unpacked(len(packed)):
+            raise DamageError(f"{len(packed)} bytes that unpack to {size}")
         if kind == "bz2":
             unpacker = bz2.BZ2Decompressor()
         elif kind == "lz4":

@@ -15,7 +15,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 from ttc_fast.logs.container import Topic, plain_type
-from ttc_fast.logs.log import LogError, files_in, need, unpacked_name
+from ttc_fast.logs.log import LogError, files_in, most_unpacked, need, unpacked_name
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.stamps import natural
 from ttc_fast.ros_messages import CDR
@@ -108,10 +108,14 @@ class Database:
 
 def _unpacked(data: bytes, row: int, errors: ReadErrors) -> bytes:
     zstandard = need("zstandard", errors.path)
+    most = most_unpacked(len(data))
     try:
-        unpacked: bytes = zstandard.ZstdDecompressor().decompressobj().decompress(data)
+        unpacked: bytes = zstandard.ZstdDecompressor().stream_reader(data).read(most + 1)
     except (zstandard.ZstdError, MemoryError) as error:
         errors.add(f"row {row} of messages is damaged: {error}")
+        return b""
+    if len(unpacked) > most:
+        errors.add(f"row {row} of messages is damaged: it unpacks to more than {most / 1e9:.2g} GB")
         return b""
     return unpacked
 
