@@ -35,7 +35,7 @@ ACCELERATION = 5.0
 ACCELERATES = 0.1
 """The prior probability that there is an acceleration."""
 KNOWN_FIT = 2.0
-"""The frames that the prior belief is worth that frames differ no more than their points."""
+"""The prior weight, in frames, of the belief that frames differ no more than their points."""
 SYSTEMATIC = 0.003
 """The error of a closing speed as a share of it, because rings pass from cell to cell."""
 

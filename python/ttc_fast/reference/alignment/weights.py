@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     Ints = NDArray[np.int64]
 
 EDGE = 0.04
-"""The points that the edge of a body is worth: it is 5 times as noisy as a point, as other points make it each time."""
+"""The weight of the edge of a body, in points: it is 5 times as noisy as a point, as other points make it each time."""
 ROUNDS = 3
 """The rounds in which weights are computed again."""
 BIWEIGHT = 4.7
@@ -31,7 +31,7 @@ BIWEIGHT = 4.7
 NORMAL = 1.4826
 """Standard deviation of normal numbers over the median of their absolute values."""
 KNOWN_NOISE = 8.0
-"""The residuals that the given range noise is worth."""
+"""The prior weight of the given range noise, in residuals."""
 ENOUGH = 3
 """The fewest cells in common that make a median."""
 REACH = 10

@@ -54,7 +54,7 @@ pub fn trend(sightings: &[Sighting], range_noise: f64) -> Option<Trend> {
 const RUN: usize = 4;
 /// The median of the square of a normal number.
 const MEDIAN_SQUARE: f64 = 0.4549;
-/// The differences that the prior belief is worth that frames scatter no more than their points.
+/// The prior weight, in differences, of the belief that frames scatter no more than their points.
 const KNOWN_SCATTER: f64 = 2.0;
 /// A frame of less weight than this says nothing.
 const LEAST_FRAME_WEIGHT: f64 = 1e-9;
@@ -97,7 +97,7 @@ fn ratio(time: &[f64], position: &[f64], total: &[f64], noise: f64) -> Option<f6
 const ACCELERATION: f64 = 5.0;
 /// The prior probability that there is an acceleration.
 const ACCELERATES: f64 = 0.1;
-/// The frames that the prior belief is worth that frames differ no more than their points.
+/// The prior weight, in frames, of the belief that frames differ no more than their points.
 const KNOWN_FIT: f64 = 2.0;
 /// The error of a closing speed as a share of it, because rings pass from cell to cell.
 const SYSTEMATIC: f64 = 0.003;

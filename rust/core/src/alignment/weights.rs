@@ -7,7 +7,7 @@
 use super::profile::{Cell, Sighting};
 use crate::real::median;
 
-/// The points that the edge of a body is worth. It is 5 times as noisy as a point, because other points make it each
+/// The weight of the edge of a body, in points. It is 5 times as noisy as a point, because other points make it each
 /// time.
 const EDGE: f64 = 0.04;
 
@@ -119,7 +119,7 @@ const ROUNDS: usize = 3;
 const BIWEIGHT: f64 = 4.7;
 /// Standard deviation of normal numbers over the median of their absolute values.
 const NORMAL: f64 = 1.4826;
-/// The residuals that the given range noise is worth.
+/// The prior weight of the given range noise, in residuals.
 const KNOWN_NOISE: f64 = 8.0;
 /// The fewest cells in common that make a median.
 const ENOUGH: usize = 3;

@@ -89,7 +89,7 @@ pub enum Estimator {
     InterquartileFence(f64),
     /// The nearest candidate with at least `points` candidates in `[x, x + gap]`, itself included.
     Supported {
-        /// The candidates that are enough.
+        /// The number of candidates that is enough.
         points: usize,
         /// Length of the interval, m.
         gap: f64,
@@ -98,7 +98,7 @@ pub enum Estimator {
     Cluster {
         /// The longest link, m.
         tolerance: f64,
-        /// The points that are enough.
+        /// The number of points that is enough.
         min_points: usize,
     },
 }

@@ -1,7 +1,7 @@
 //! The gate: which points count. It is a corridor ahead, straight or curved, above the road, of points bright enough.
 //!
-//! Most of a gate is a box in the stored columns, which the pass compares sixteen points at a time with. A curved path
-//! and a height above a fitted road are no box: [`NonBoxGate`] asks those of one point at a time.
+//! Most of a gate is a box in the stored columns, with which the pass compares sixteen points at a time. A curved
+//! path and a height above a fitted road are no box: [`NonBoxGate`] checks one point at a time.
 
 use crate::error::{Error, finite, non_negative};
 use crate::points::Points;

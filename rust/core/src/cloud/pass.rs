@@ -29,11 +29,11 @@ pub(super) struct Candidates<T> {
     wanted: Option<usize>,
 }
 
-/// Where there are many candidates, one in this many groups of points is the sample that bounds the nearest.
+/// The sample that bounds the nearest of many candidates takes one in this many groups of points.
 const SAMPLE: usize = 64;
 /// The candidates that are kept beyond twice as many as wanted, before all but the nearest are dropped.
 const ROOM: usize = 1024;
-/// At first there is room for one in this many points: more memory would cost time that a small cloud notices.
+/// The share of points that there is room for at first, as one in this many. More memory would slow a small cloud down.
 const SPARSE: usize = 5;
 /// The fewest points that are worth a thread of their own.
 const LEAST_PIECE: usize = 1 << 16;
