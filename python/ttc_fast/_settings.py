@@ -11,7 +11,6 @@ settings of the Rust classes are the tables ``SCAN``, ``GATE`` and ``RANGE_RATE`
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import functools
 import math
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast import _validate
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable
+    from collections.abc import Iterable
 
 REQUIRED = dataclasses.MISSING
 """The default of an argument that has none."""
@@ -226,8 +225,10 @@ class Setting:
     def description(self) -> str:
         """The sentence with the unit and the default."""
         notes = [self.kind.unit] if self.kind.unit else []
-        if self.default is not None and self.default is not REQUIRED:
-            notes.append(f"default {_plain(self.default)}")
+        if self.default is not REQUIRED and self.default not in (None, ""):
+            import json
+
+            notes.append(f"default {json.dumps(_plain(self.default)).replace('Infinity', 'inf')}")
         return f"{self.sentence.removesuffix('.')} ({', '.join(notes)})." if notes else self.sentence
 
 
@@ -236,14 +237,10 @@ def setting(default: Any, kind: Kind, sentence: str, usual: tuple[float, float] 
     return dataclasses.field(default=default, metadata={"kind": kind, "sentence": sentence, "usual": usual})
 
 
-def settings_of(kind: Any) -> tuple[Setting, ...]:
-    """Return the settings of a dataclass; fields that ``setting`` did not make are none."""
-    return _settings_of(kind)
-
-
 @functools.cache
-def _settings_of(kind: Hashable) -> tuple[Setting, ...]:
-    fields = [each for each in dataclasses.fields(kind) if "sentence" in each.metadata]  # type: ignore[arg-type]
+def settings_of(kind: type[Any]) -> tuple[Setting, ...]:
+    """Return the settings of a dataclass; fields that ``setting`` did not make are none."""
+    fields = [each for each in dataclasses.fields(kind) if "sentence" in each.metadata]
     return tuple(Setting(each.name, default=each.default, **each.metadata) for each in fields)
 
 
@@ -255,6 +252,8 @@ def check_fields(instance: Any) -> None:
 
 def hint(name: str, names: Iterable[str]) -> str:
     """Return what may have been meant by a name that is none of these."""
+    import difflib  # which takes longer to import than all of this file, for a message that is rare
+
     names = list(names)
     close = difflib.get_close_matches(name, names, 1)
     return f"did you mean {close[0]}?" if close else f"there are {', '.join(names)}"

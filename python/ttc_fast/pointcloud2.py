@@ -23,7 +23,7 @@ DATATYPES = {
     7: ("FLOAT32", "<f4"),
     8: ("FLOAT64", "<f8"),
 }
-"""Of sensor_msgs/PointField: its name there, and the dtype."""
+"""Name in sensor_msgs/PointField and dtype, by datatype."""
 COORDINATES = (7, 8)
 INTENSITIES = (2, 4, 7, 8)
 
@@ -48,13 +48,12 @@ def from_pointcloud2(msg: Any, *, intensity: str | None = "intensity") -> NDArra
     Parameters
     ----------
     msg : sensor_msgs/PointCloud2, of ROS 1, ROS 2 or anything with the same fields
-        ``height``, ``width``, ``fields``, ``is_bigendian``, ``point_step``, ``row_step`` and ``data`` are taken from
-        it; ``data`` may be bytes, an array.array, an ndarray of bytes or any other contiguous buffer of bytes.
-        ``is_dense`` is not: points with a non-finite coordinate, and points exactly (0, 0, 0), never count, whatever it
-        says.
+        The message. Its ``height``, ``width``, ``fields``, ``is_bigendian``, ``point_step``, ``row_step`` and ``data``
+        are read; ``data`` may be bytes, an array.array, an ndarray of bytes or any other contiguous buffer of bytes.
+        ``is_dense`` is not read: points with a non-finite coordinate, and points exactly (0, 0, 0), never count.
     intensity : str, optional
-        Which field is the intensity, in the units stored. It is called "intensity" in the result, and no other field
-        is. None, or a message without that field, gives points without an intensity.
+        The field that is the intensity, in the units stored. The result calls it "intensity", and no other field so.
+        None, or a message without that field, gives points without an intensity.
 
     Returns
     -------
@@ -72,7 +71,7 @@ def from_pointcloud2(msg: Any, *, intensity: str | None = "intensity") -> NDArra
         If the message is big-endian, its fields do not fit its steps, its data are too short, or its x, y and z are
         missing or are not all float32 or all float64.
     NoDataError
-        If there are no points at all: a blind sensor, not free space.
+        If the message has no points: a blind sensor, not free space.
 
     Notes
     -----
@@ -138,7 +137,7 @@ def _records(fields: Any, point_step: int, intensity: str | None) -> np.dtype[np
         if found[name].datatype != found["x"].datatype:
             raise ValueError(f"msg.fields must have x, y and z of one datatype, but x and {name} differ")
     chosen = None if intensity is None else found.pop(intensity, None)
-    found.pop("intensity", None)  # called so, but not the one asked for
+    found.pop("intensity", None)  # a field of that name which is not the chosen one
     if chosen is not None:
         _check_type(str(intensity), chosen, INTENSITIES, fix="; intensity=None leaves it out")
         found["intensity"] = chosen
@@ -153,7 +152,7 @@ def _records(fields: Any, point_step: int, intensity: str | None) -> np.dtype[np
 
 
 def _checked(fields: Any, point_step: int) -> dict[str, _Field]:
-    """Check every field of the message, and list them by name."""
+    """Check every field of the message, and return them by name."""
     found: dict[str, _Field] = {}
     try:
         listed = list(fields)
@@ -205,7 +204,7 @@ def _get(message: Any, name: str, where: str = "msg") -> Any:
 
 
 def _count(message: Any, name: str, where: str = "msg") -> int:
-    """Take an unsigned integer from the message."""
+    """Return an unsigned integer of the message."""
     value = _get(message, name, where)
     try:
         number = operator.index(value)

@@ -1,7 +1,7 @@
-"""LaserScan, Odometry and PointCloud2 as views over serialised messages: of ROS 1, and CDR of ROS 2 and DDS.
+"""LaserScan, Odometry and PointCloud2 as views over serialised messages of ROS 1, and of ROS 2 and DDS (CDR).
 
-Nothing is copied but a few numbers: ``ranges`` and ``data`` lie in the buffer of the message, wherever they begin
-there. Every length is checked against the end of the message before it is used.
+Only a few numbers are copied: ``ranges`` and ``data`` stay in the buffer of the message, at any alignment. Every length
+is checked against the end of the message before it is used.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ POINT_CLOUD = "sensor_msgs/PointCloud2"
 
 
 class MessageError(ValueError):
-    """A message that is not what its type says: cut short, or of another layout."""
+    """A message that does not fit its type: it is cut short, or has another layout."""
 
 
 class LaserScan(NamedTuple):
-    """What ``ScanTTC`` needs of a sensor_msgs/LaserScan; ``ScanTTC.from_message`` takes it. The fields are those there.
+    """The fields of a sensor_msgs/LaserScan that ``ScanTTC`` needs; ``ScanTTC.from_message`` takes it.
 
     Attributes
     ----------
     stamp : int
-        Of the header, ns; 0 where the sender set none.
+        The stamp of the header, ns; 0 where the sender set none.
     ranges : ndarray, float32, shape (beams,)
         m; a view, of any alignment. A copy if the message is big-endian.
     """
@@ -46,16 +46,16 @@ class LaserScan(NamedTuple):
 
 
 class Odometry(NamedTuple):
-    """What a vehicle on the ground needs of a nav_msgs/Odometry.
+    """The fields of a nav_msgs/Odometry that a vehicle on the ground needs.
 
     Attributes
     ----------
     stamp : int
-        Of the header, ns; 0 where the sender set none.
+        The stamp of the header, ns; 0 where the sender set none.
     x, y, yaw : float
-        Of the pose, m and rad.
+        The pose, m and rad.
     speed, lateral_speed, yaw_rate : float
-        Of the twist, in the frame of the vehicle: forward, to the left (m/s), counter-clockwise (rad/s).
+        The twist in the frame of the vehicle: forward and to the left (m/s), counter-clockwise (rad/s).
     """
 
     stamp: int
@@ -69,7 +69,7 @@ class Odometry(NamedTuple):
 
 @dataclass(frozen=True)
 class PointField:
-    """sensor_msgs/PointField."""
+    """A field of a point, with the names of sensor_msgs/PointField."""
 
     name: str
     offset: int
@@ -78,7 +78,7 @@ class PointField:
 
 
 class PointCloud2(NamedTuple):
-    """sensor_msgs/PointCloud2, as ``from_pointcloud2`` takes it; ``stamp`` (ns) instead of the header."""
+    """A sensor_msgs/PointCloud2 that ``from_pointcloud2`` takes; it has ``stamp`` (ns) instead of the header."""
 
     stamp: int
     height: int
@@ -91,9 +91,9 @@ class PointCloud2(NamedTuple):
 
 
 class Encoding:
-    """How numbers lie in a message: their order of bytes, and what they are aligned to.
+    """The encoding of a message: the order of its bytes, and the alignment of its numbers.
 
-    ``ROS1`` and ``CDR`` are the two to choose from. CDR says in its first bytes which order it has.
+    ``ROS1`` and ``CDR`` are the two to choose from. The first bytes of a CDR message name its order.
     """
 
     def __init__(self, order: str, stamp: str, *, widest: int) -> None:
@@ -116,7 +116,7 @@ class Encoding:
 
 
 class _AnyCdr(Encoding):
-    """CDR, which says at the start of each message of what order it is."""
+    """CDR, whose messages name their order of bytes at the start."""
 
     def of(self, buffer: Any, start: int, end: int) -> Encoding:
         if end - start < 4:
@@ -135,9 +135,9 @@ _CDR_KINDS = {
     0x0007: Encoding("<", "iII", widest=4),
 }
 ROS1 = Encoding("<", "III", widest=1)
-"""As in ROS 1 bags and on its wire: little-endian, nothing aligned."""
+"""The encoding of ROS 1, in bags and on the wire: little-endian, without alignment."""
 CDR = _AnyCdr("<", "iII", widest=8)
-"""As in ROS 2 bags and in DDS: either order of bytes, XCDR1 or plain XCDR2."""
+"""The encoding of ROS 2 bags and of DDS: either order of bytes, XCDR1 or plain XCDR2."""
 
 
 def laser_scan(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> LaserScan:
@@ -146,9 +146,9 @@ def laser_scan(buffer: Any, start: int = 0, end: int | None = None, *, encoding:
     Parameters
     ----------
     buffer : bytes or any contiguous buffer of bytes
-        That the message lies in.
+        The buffer that has the message in it.
     start, end : int
-        From and to which byte; by default all of it.
+        The message is ``buffer[start:end]``; by default all of the buffer.
     encoding : Encoding
         ``ROS1`` or ``CDR``.
 
@@ -159,7 +159,7 @@ def laser_scan(buffer: Any, start: int = 0, end: int | None = None, *, encoding:
     Raises
     ------
     MessageError
-        If it is cut short or is something else.
+        If the message is cut short or has another layout.
 
     Examples
     --------
@@ -188,7 +188,7 @@ def laser_scan(buffer: Any, start: int = 0, end: int | None = None, *, encoding:
 
 
 def odometry(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> Odometry:
-    """Read a serialised nav_msgs/Odometry; arguments and errors as in ``laser_scan``."""
+    """Read a serialised nav_msgs/Odometry; it takes and raises what ``laser_scan`` does."""
     if end is None:
         end = len(buffer)
     encoding = encoding.of(buffer, start, end)
@@ -204,7 +204,7 @@ def odometry(buffer: Any, start: int = 0, end: int | None = None, *, encoding: E
 
 
 def point_cloud(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> PointCloud2:
-    """View a serialised sensor_msgs/PointCloud2, for ``from_pointcloud2``; all else as in ``laser_scan``."""
+    """View a serialised sensor_msgs/PointCloud2; it takes and raises what ``laser_scan`` does."""
     if end is None:
         end = len(buffer)
     encoding = encoding.of(buffer, start, end)
@@ -232,7 +232,7 @@ def point_cloud(buffer: Any, start: int = 0, end: int | None = None, *, encoding
 
 
 def float32(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> float:
-    """Read a serialised std_msgs/Float32; arguments and errors as in ``laser_scan``.
+    """Read a serialised std_msgs/Float32; it takes and raises what ``laser_scan`` does.
 
     Examples
     --------
@@ -244,7 +244,7 @@ def float32(buffer: Any, start: int = 0, end: int | None = None, *, encoding: En
 
 
 def float64(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> float:
-    """Read a serialised std_msgs/Float64; arguments and errors as in ``laser_scan``."""
+    """Read a serialised std_msgs/Float64; it takes and raises what ``laser_scan`` does."""
     return _number("d", buffer, start, end, encoding)
 
 
@@ -272,7 +272,7 @@ def _field(buffer: Any, at: int, start: int, end: int, encoding: Encoding) -> tu
 
 
 def _header(buffer: Any, start: int, end: int, encoding: Encoding) -> tuple[int, int]:
-    """Read a std_msgs/Header: its stamp, and where what follows begins; the name of the frame is passed over."""
+    """Read a std_msgs/Header, and return its stamp (ns) and the position of the next field; skip the frame."""
     at = start + 16
     if at > end:
         raise _short("a header", 16, end - start)
@@ -306,5 +306,5 @@ def _short(what: str, needed: int, size: int) -> MessageError:
 
 
 def _aligned(at: int, start: int, encoding: Encoding) -> int:
-    """Return where a number of 4 bytes begins. CDR counts from behind its first 4 bytes, which comes to the same."""
+    """Return where a number of 4 bytes begins. CDR counts from behind its first 4 bytes, with the same result."""
     return at + (start - at) % 4 if encoding.align else at

@@ -12,7 +12,7 @@ TOPICS = ("/scan", "/odom", "/drive")
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Start the node, with a file of parameters and its topics by other names."""
+    """Describe the node, with a file of parameters and other names for its topics."""
     config = Path(get_package_share_directory("ttc_fast_ros")) / "config" / "brake.yaml"
     names = [topic.strip("/") for topic in TOPICS]
     return LaunchDescription(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.files import read_parameters
 from ttc_fast.ros.settings import NodeSettings, SettingError, parameters_of_node
 
+PACKAGE = Path(__file__).parents[2] / "ros"
 OUTLINE = [-0.1, 0.4, -0.15, 0.15]
 
 
@@ -115,9 +117,42 @@ def test_an_adapter_without_its_library(capsys: pytest.CaptureFixture[str], monk
 @pytest.mark.parametrize("name", ["brake.yaml", "brake_ros1.yaml"])
 def test_the_files_of_the_ros_package(name: str) -> None:
     pytest.importorskip("yaml", reason="needs PyYAML")
-    given = read_parameters(Path(__file__).parents[2] / "ros" / "config" / name)
+    given = read_parameters(PACKAGE / "config" / name)
     assert {"min_range", "max_range", "ttc_threshold", "speed_topic"} <= set(given)
     NodeSettings.of(given)
+    assert given == {each.name: each.plain_default for each in parameters_of_node() if each.name in given}
+
+
+@pytest.mark.parametrize("name", ["brake.yaml", "brake_ros1.yaml"])
+def test_the_files_of_the_ros_package_name_the_units(name: str) -> None:
+    units = {each.name: each.kind.unit for each in parameters_of_node()}
+    text = (PACKAGE / "config" / name).read_text(encoding="utf-8")
+    described = re.findall(r"^ *(?:# )?(\w+): [^#\n]*(?:# ?([^\n]*))?$", text, re.MULTILINE)
+    for parameter, comment in described:
+        unit = units[parameter].partition(",")[0]
+        assert not unit or re.search(rf"\b{re.escape(unit)}(?!\w)", comment), parameter
+    assert {"outline", "mount", "hold"} <= {parameter for parameter, _ in described}
+
+
+def test_launch_files_rename_the_topics_that_the_node_has() -> None:
+    topics = {each.default for each in parameters_of_node() if each.name in ("scan_topic", "drive_topic")}
+    topics.add(NodeSettings.odom_topics[0])
+    ros1 = (PACKAGE / "launch" / "brake.launch").read_text(encoding="utf-8")
+    assert set(re.findall(r'<remap from="([^"]+)" to="\$\(arg \w+\)"', ros1)) == topics
+    assert {
+        default for name, default in re.findall(r'<arg name="(\w+)" default="([^"]+)"', ros1) if name != "config"
+    } == topics
+    ros2 = (PACKAGE / "launch" / "brake.launch.py").read_text(encoding="utf-8")
+    (listed,) = re.findall(r"^TOPICS = \((.*)\)$", ros2, re.MULTILINE)
+    assert set(re.findall(r'"([^"]+)"', listed)) == topics
+
+
+def test_help_lists_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["node", "--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+    for each in parameters_of_node():
+        assert f"{each.name} {each.description}" in shown
 
 
 def test_nothing_that_exists_when_a_node_begins_is_walked_again() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast.cli.exits import MISSING_EXTRA, USAGE, CommandError
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.ros.files import read_parameters
-from ttc_fast.ros.settings import NodeSettings
+from ttc_fast.ros.settings import NodeSettings, parameters_of_node
 
 if TYPE_CHECKING:
     import argparse
@@ -25,7 +26,7 @@ FILE holds the node's parameters by their names: as TOML, or as YAML as ROS 1 or
     ttc_threshold = 0.8     # s
     outline = [-0.1, 0.4, -0.15, 0.15]
 
-Without FILE all is as it is by default. Parameters that ROS gives the node win. What follows -- goes to ROS as it is:
+Without FILE every parameter has its default. A parameter that ROS gives the node wins. Arguments after -- go to ROS:
 
     ttc-fast node --ros1 --config brake.toml -- scan:=/front/scan _hold:=1.0
     ttc-fast node --rclpy -- --ros-args -r scan:=/front/scan
@@ -47,6 +48,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     how.add_argument("--rclpy", dest="by", action="store_const", const="rclpy", help="a node of ROS 2, by rclpy")
     parser.add_argument("--config", type=Path, metavar="FILE", help="parameters of the node (.toml, .yaml)")
     parser.add_argument("ros_arguments", nargs="*", metavar="ARGUMENT", help="for ROS, behind --")
+    lines = [f"{each.name:<19} {each.description}" for each in parameters_of_node()]
+    wrapped = [textwrap.fill(line, 100, subsequent_indent=" " * 20, break_on_hyphens=False) for line in lines]
+    parser.add_argument_group("parameters", textwrap.indent("\n".join(wrapped), "  "))
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -1,4 +1,4 @@
-"""What other systems answer, bit for bit, quirks included.
+"""Time-to-collision as other systems compute it, bit for bit, quirks included.
 
-For comparing with them and for moving away from them. The right answers are in ``ttc_fast`` itself.
+These functions are for comparisons with those systems. The right answers are in ``ttc_fast`` itself.
 """

@@ -38,14 +38,14 @@ __all__ = ["BeamTables", "beam_tables", "check_ttc_jit"]
 
 
 class BeamTables(NamedTuple):
-    """What the simulator computes once for its beams. Each is float64 of shape (num_beams,)."""
+    """The tables that the simulator computes once for its beams. Each is float64 of shape (num_beams,)."""
 
     scan_angles: NDArray[np.float64]
-    """Directions, rad, from -fov / 2 counter-clockwise."""
+    """Directions of the beams, rad, from -fov / 2 counter-clockwise."""
     cosines: NDArray[np.float64]
-    """Their cosines."""
+    """Cosines of the directions."""
     side_distances: NDArray[np.float64]
-    """From the centre of the body to its side or end along the beam, m; -inf at angle exactly 0."""
+    """Distances from the centre of the body to its side or end along the beam, m; -inf at angle exactly 0."""
 
 
 def beam_tables(
@@ -65,10 +65,10 @@ def beam_tables(
     fov : float
         Angle from the first beam to the last, rad; the middle looks ahead.
     width : float
-        Of the car, m.
+        Width of the car, m.
     lf, lr : float
-        From the centre of gravity to the front and the rear axle, m. The simulator takes half their sum, half the
-        *wheelbase*, for half the length of the car.
+        Distances from the centre of gravity to the front and the rear axle, m. The simulator takes half their sum, half
+        the *wheelbase*, for half the length of the car.
 
     Returns
     -------
@@ -113,18 +113,18 @@ def check_ttc_jit(
 ) -> bool:
     """Whether the simulator would stop the car: ``0 <= (scan - side) / (vel cos) < ttc_thresh`` for any beam.
 
-    Same name and arguments as in the simulator. The quirks are listed at the top of this module.
+    The name and the arguments are those of the simulator. The top of this module lists the quirks.
 
     Parameters
     ----------
     scan : array_like, shape (num_beams,)
         Ranges, m. NaN, +inf and -inf never hit.
     vel : float
-        Of the car, forward, m/s; negative when reversing. At exactly 0 nothing hits; NaN never hits.
+        Speed of the car, forward, m/s; negative when reversing. At exactly 0 nothing hits; NaN never hits.
     scan_angles : array_like
-        Not used, there as here.
+        Not used by the simulator, nor here.
     cosines, side_distances : array_like, shape (num_beams,)
-        From ``beam_tables``.
+        The tables that ``beam_tables`` returns.
     ttc_thresh : float
         s; the simulator uses 0.005. A TTC equal to it is no hit.
 

@@ -1,6 +1,6 @@
 """The camera time-to-collision of Udacity's sensor fusion course, ``computeTTCCamera``, with its quirks.
 
-So that published tables can be computed again and judged (github.com/udacity/SFND_3D_Object_Tracking at 3f28643). To
+With it, published tables can be computed again and judged (github.com/udacity/SFND_3D_Object_Tracking at 3f28643). To
 decide anything, use ``ttc_fast.ttc_from_keypoints``.
 
 What the course does, and what ``ttc_from_keypoints(..., estimator=MedianRatio())`` does instead:
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 __all__ = ["compute_ttc_camera", "ordered_ratios"]
 
 MIN_DISTANCE = 100.0
-"""The course's minDist, px."""
+"""The minDist of the course, px."""
 
 
 def ordered_ratios(previous: ArrayLike, current: ArrayLike, min_distance: float = MIN_DISTANCE) -> NDArray[np.float64]:
-    """Ratios of distances, now over before, of all ordered pairs that the course keeps, in its order.
+    """Return the ratios of distances, now over before, of all ordered pairs that the course keeps, in its order.
 
     Parameters
     ----------
@@ -70,21 +70,21 @@ def ordered_ratios(previous: ArrayLike, current: ArrayLike, min_distance: float 
 def compute_ttc_camera(
     previous: ArrayLike, current: ArrayLike, frame_rate: float, *, min_distance: float = MIN_DISTANCE
 ) -> float:
-    """Time-to-collision as the course computes it: ``-dT / (1 - median)`` of the ordered pairs' ratios.
+    """Compute the time-to-collision of the course: ``-dT / (1 - median)`` of the ordered pairs' ratios.
 
     Parameters
     ----------
     previous, current : array_like, shape (N, 2)
-        x and y of each match, px, as for ``ordered_ratios``.
+        x and y of each match, px; see ``ordered_ratios``.
     frame_rate : float
-        Pictures a second.
+        Pictures per second.
     min_distance : float
-        As for ``ordered_ratios``.
+        A pair is kept if its distance now is at least this, px; see ``ordered_ratios``.
 
     Returns
     -------
     float
-        s; negative when the thing shrinks, -inf when it does neither, NaN when no pair is kept.
+        The time, s; negative when the object shrinks, -inf when it keeps its size, NaN when no pair is kept.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def compute_ttc_camera(
 
 
 def _ordered_distances(points: NDArray[Any]) -> NDArray[np.float64]:
-    """Distances of every match but the last to every match but the first."""
+    """Return the distances of every match but the last to every match but the first."""
     x, y = (points[1:] - points[:-1, np.newaxis]).reshape(-1, 2).astype(np.float64).T
     distances: NDArray[np.float64] = np.sqrt(x * x + y * y)
     return distances

@@ -26,27 +26,27 @@ __all__ = ["ERROR", "OK", "STALE", "WARN", "BrakeNode", "Cause", "Diagnostics", 
 NAME = "ttc_fast: brake"
 UNSEEING = frozenset({Reason.WAITING, Reason.STALE, Reason.BLIND, Reason.NO_MOTION})
 UNREADABLE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
-"""What a message that makes no sense may raise."""
+"""The errors that a message without sense may raise."""
 CLOCK_JUMP = 1.0
-"""s: a clock that is set back by more than this, as when a bag is played again, starts all anew."""
+"""s: a clock that is set back by more than this, as when a bag is played again, starts everything anew."""
 SCAN, CLOUD = "scan", "cloud"
-"""Each has a controller of its own, with its own votes and its own watchdog: they come at different times and rates."""
+"""The sources of frames. Each has its own controller, votes and watchdog: they come at different times and rates."""
 NO_SCAN = {"angle_min": 0.0, "angle_increment": 0.1, "beams": 2}
-"""Stands for a scanner until the first scan comes."""
+"""The geometry of a scanner until the first scan comes."""
 FAR_AWAY = 1e6
-"""m: a distance further than anything drives while the node looks ahead."""
+"""m: a distance further than anything drives within the horizon."""
 
 
 class BrakeNode:
-    """Takes messages and the time, and says what to publish. To be called from one thread at a time.
+    """Takes messages and the time, and returns what to publish. One thread at a time may call it.
 
-    Times are seconds of the clock of the stamps. Nothing that a message contains makes it raise: what cannot be read is
-    counted, and shown by ``diagnostics``.
+    Times are seconds of the clock of the stamps. No content of a message makes it raise: a message that cannot be read
+    is counted, and ``diagnostics`` shows the count.
 
     Parameters
     ----------
     settings : NodeSettings
-        Its parameters.
+        The parameters of the node.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class BrakeNode:
         self.change(settings)
 
     def change(self, settings: NodeSettings) -> None:
-        """Go on with other settings; what was seen stays."""
+        """Go on with other settings; votes and held brakes stay."""
         self.settings = settings
         self._configuration = settings.configuration()
         self._geometry: tuple[Any, ...] | None = None
@@ -85,7 +85,7 @@ class BrakeNode:
             self._controllers[CLOUD] = _after(controllers.get(CLOUD), self._configuration.controller(path=path))
 
     def _forget(self) -> None:
-        """Let go of everything seen."""
+        """Forget everything that was seen."""
         self._controllers = {}
         self._now = -math.inf
         self._motion: Motion | None = None
@@ -97,7 +97,7 @@ class BrakeNode:
     def on_odometry(
         self, now: float, stamp: float, speed: float, yaw_rate: float = 0.0, lateral_speed: float = 0.0
     ) -> None:
-        """Take odometry: m/s and rad/s of the vehicle's origin."""
+        """Take the odometry of the vehicle's origin, m/s and rad/s."""
         self._look_at_clock(now)
         try:
             if not math.isfinite(stamp + speed + yaw_rate + lateral_speed):
@@ -108,7 +108,7 @@ class BrakeNode:
         self._motion = self._unjudged = Motion(speed, yaw_rate, lateral_speed, self._measured(now, stamp))
 
     def on_speed(self, now: float, speed: float) -> None:
-        """Take a bare speed, m/s, as measured when it came."""
+        """Take a bare speed, m/s; it counts as measured when it came."""
         self.on_odometry(now, now, speed)
 
     def on_scan(self, now: float, stamp: float, scan: Any) -> Outputs:
@@ -138,7 +138,7 @@ class BrakeNode:
         return outputs
 
     def points_of(self, message: Any) -> Any:
-        """Return the points of a sensor_msgs/PointCloud2 where they lie; None, and counted, if it cannot be read."""
+        """Return a view of the points of a sensor_msgs/PointCloud2, or count an unreadable message and return None."""
         try:
             return from_pointcloud2(message, intensity=None)
         except (ValueError, TypeError) as error:
@@ -146,7 +146,7 @@ class BrakeNode:
             return None
 
     def tick(self, now: float) -> Outputs:
-        """Look whether data still come. To be called every ``watchdog_period``."""
+        """Decide without new data, which notices data that stopped. An adapter calls it every ``watchdog_period``."""
         self._look_at_clock(now)
         return self._decide(now)
 
@@ -155,7 +155,7 @@ class BrakeNode:
         self._dropped.count(topic, str(why))
 
     def _measured(self, now: float, stamp: float) -> float:
-        """Return when a message was measured: when it came, if its stamp was not set or is not to be used."""
+        """Return when a message was measured: its stamp, or now if that is not set or ``use_stamps`` is false."""
         return stamp if stamp and self.settings.use_stamps else now
 
     def _look_at_clock(self, now: float) -> None:
@@ -169,7 +169,7 @@ class BrakeNode:
         self._took_at_most = max(self._took_at_most, self._took)
 
     def _read_by(self, scan: Any) -> None:
-        """Make the scanner, from the first scan and again whenever its geometry changes."""
+        """Make the scanner from the first scan, and again whenever the geometry changes."""
         geometry = (
             scan.angle_min,
             scan.angle_increment,
@@ -181,14 +181,14 @@ class BrakeNode:
         if geometry == self._geometry:
             return
         angle_min, angle_increment, beams, range_min, range_max, time_increment = geometry
-        told = {"angle_min": angle_min, "angle_increment": angle_increment, "beams": beams}
-        scanner = self._configuration.scanner(**told, range_min=range_min, range_max=range_max)
+        beam = {"angle_min": angle_min, "angle_increment": angle_increment, "beams": beams}
+        scanner = self._configuration.scanner(**beam, range_min=range_min, range_max=range_max)
         controller = self._configuration.controller(scanner, time_increment=time_increment)
         self._controllers[SCAN] = _after(self._controllers[SCAN], controller)
         self._geometry = geometry
 
     def _decide(self, now: float, source: str = "", **data: Any) -> Outputs:
-        """Tell every controller the time and the motion, and one of them what came; the worst answer counts."""
+        """Update every controller with the time and the motion, one of them with the data; the worst answer counts."""
         answers = [
             (controller.update(now, motion=self._unjudged, **(data if name == source else {})), name)
             for name, controller in self._controllers.items()
@@ -207,7 +207,7 @@ class BrakeNode:
         return Drive(math.copysign(min(abs(speed), decision.speed_limit), speed), 0.0)
 
     def diagnostics(self, now: float) -> Diagnostics:
-        """Say how it is, and why."""
+        """Return the state of the node and the reason for it."""
         decision = self._latest
         if decision is None:
             return Diagnostics(STALE, NAME, "nothing has come yet", self._dropped.values())
@@ -225,7 +225,7 @@ class BrakeNode:
         return Diagnostics(_level(decision), NAME, str(decision), values + self._dropped.values())
 
     def cause(self) -> Cause | None:
-        """Where the beam or point is that decided, in the vehicle's frame."""
+        """Return the position of the beam or point that decided, in the vehicle's frame."""
         decision = self._latest
         if (
             decision is None
@@ -241,7 +241,7 @@ class BrakeNode:
 
 
 def _after(before: BrakeController | None, controller: BrakeController) -> BrakeController:
-    """Return a controller that remembers what the one before did, which may be braking."""
+    """Return the controller with the memory of the one before it, which may be braking."""
     if before is not None:
         controller.restore({**before.state(), "range_rate": controller.state()["range_rate"]})
     return controller

@@ -61,7 +61,7 @@ class DdsNode:
         self._dropped: dict[Subscription, int] = {}
         self._subscribe()
         self.participant.announce()
-        # Periods are of a clock that nobody sets.
+        # The periods run in monotonic time, which no one sets back.
         self._next_diagnostics = time.monotonic()
         self._next_tick = self._next_diagnostics + settings.watchdog_period
 
@@ -79,7 +79,7 @@ class DdsNode:
             self.diagnose()
 
     def tick(self) -> None:
-        """Let the watchdog look."""
+        """Publish what the core decides without new data."""
         now = self._clock()
         self._publish(now, self.core.tick(now * 1e-9))
 

@@ -51,7 +51,7 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         for topic in () if settings.speed_topic else settings.odom_topics:
             self._subscribe(Odometry, topic, self._on_odometry)
         self._speed_is_known = not settings.speed_topic
-        # In steady time, so that they also act when a simulated clock stands.
+        # The timers run in steady time, so that they also act while a simulated clock stands.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(settings.watchdog_period, self.tick, clock=self._steady)
         self.create_timer(settings.diagnostics_period, self.diagnose, clock=self._steady)
@@ -68,7 +68,7 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         return {each.name: _plain(self.get_parameter(each.name).value) for each in parameters_of_node()}
 
     def _on_parameters(self, changed: Iterable[Any]) -> Any:
-        """Go on with changed parameters, or say why not."""
+        """Go on with changed parameters, or refuse them with the reason."""
         new = {each.name: _plain(each.value) for each in changed}
         now = self._parameters_now()
         fixed = sorted(name for name, value in new.items() if name in AT_START and value != now[name])
@@ -108,7 +108,7 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         self.core.on_speed(self._now(), msg.data)
 
     def _look_for_speed(self) -> None:
-        """Subscribe to the speed once somebody publishes it, and so tells its type."""
+        """Subscribe to the speed as soon as it is published: before, its type is not known."""
         topic = self.core.settings.speed_topic
         known = dict(self.get_topic_names_and_types()).get(self.resolve_topic_name(topic), [])
         for name in known:
@@ -130,7 +130,7 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
             self._marker.publish(fill_marker(Marker(lifetime=Duration(nanosec=500_000_000)), cause, stamp))
 
     def tick(self) -> None:
-        """Let the watchdog look."""
+        """Publish what the core decides without new data."""
         self._publish(self.core.tick(self._now()))
 
     def diagnose(self) -> None:
@@ -149,9 +149,9 @@ def run(parameters: Mapping[str, Any] | None = None, args: Sequence[str] | None 
     Parameters
     ----------
     parameters : mapping, optional
-        Settings as ``NodeSettings.of`` takes them; those that ROS gives the node win.
+        Settings as ``NodeSettings.of`` takes them; a parameter that ROS gives the node wins.
     args : sequence of str, optional
-        ``--ros-args`` and what follows it; by default those of the process.
+        ``--ros-args`` and the arguments after it; by default those of the process.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def _descriptor(parameter: Setting) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Return a parameter as plain values: lists come as arrays."""
+    """Return a parameter as a plain value: rclpy hands lists over as arrays."""
     return value if isinstance(value, str) or not hasattr(value, "__iter__") else list(value)
 
 

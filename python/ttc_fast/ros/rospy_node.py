@@ -50,13 +50,13 @@ AckermannDriveStamped = generate_dynamic("ackermann_msgs/AckermannDriveStamped",
 """The type of ackermann_msgs, with the same MD5 sum; Debian does not package it."""
 SPEEDS = {kind._type: kind for kind in (Odometry, Float32, Float64)}
 BYTES_AT_ONCE = {LaserScan: 2**18, PointCloud2: 2**24}
-"""What is read from a connection at once: with less than a message, old ones would queue up there."""
+"""The bytes that are read from a connection at once. With less than a message, old messages would queue up there."""
 LOOK_AT_MASTER = 1.0
 """s between two looks at the master."""
 
 
 class RospyNode:
-    """Subscriptions and publications around a core. rospy calls back from many threads; a lock puts them in order."""
+    """Subscriptions and publications around a core. rospy calls back from many threads; a lock orders the calls."""
 
     def __init__(self, settings: NodeSettings) -> None:
         self.core = BrakeNode(settings)
@@ -99,7 +99,7 @@ class RospyNode:
         self.core.on_odometry(rospy.get_time(), msg.header.stamp.to_sec(), *speeds)
 
     def _on_speed(self, msg: Any) -> None:
-        """Take a speed of the type that its publisher says it has."""
+        """Take a speed; the connection names its type."""
         topic, kind = self.core.settings.speed_topic, msg._connection_header["type"]
         if kind not in SPEEDS:
             self.core.dropped(topic, f"is {kind}, and not one of {', '.join(SPEEDS)}")
@@ -121,7 +121,7 @@ class RospyNode:
             self._marker.publish(fill_marker(Marker(lifetime=rospy.Duration(0.5)), cause, rospy.get_rostime()))
 
     def tick(self) -> None:
-        """Let the watchdog look."""
+        """Publish what the core decides without new data."""
         with self._lock:
             self._publish(self.core.tick(rospy.get_time()))
 
@@ -134,7 +134,7 @@ class RospyNode:
             self._diagnostics.publish(array)
 
     def spin(self) -> None:
-        """Watch until the node is shut down: in wall time, so that it also acts when a simulated clock stands."""
+        """Run the watchdog until the node is shut down: in wall time, since a simulated clock may stand."""
         diagnose_at = time.monotonic()
         while not rospy.is_shutdown():
             try:
@@ -154,9 +154,9 @@ def run(parameters: Mapping[str, Any] | None = None, name: str = "ttc_fast") -> 
     Parameters
     ----------
     parameters : mapping, optional
-        Settings as ``NodeSettings.of`` takes them; those of the node's name on the parameter server win.
+        Settings as ``NodeSettings.of`` takes them; the node's own parameters on the server win.
     name : str
-        Of the node.
+        The name of the node.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def main() -> int:
 
 
 def _on_server() -> dict[str, Any]:
-    """Return the node's own parameters; waits for a master."""
+    """Wait for a master, and return the node's own parameters."""
     while not rospy.is_shutdown():
         try:
             found = rospy.get_param("~", {})
@@ -201,7 +201,7 @@ def _publisher(topic: str, kind: Any) -> Any:
 
 
 def forgiving(kind: Any) -> Any:
-    """Return a message type that says by ``unreadable`` why it cannot be read, where ``kind`` ends the connection."""
+    """Return a message type that keeps the error of an unreadable message, where ``kind`` would end the connection."""
 
     class Forgiving(kind):  # type: ignore[misc] # made by genpy, which has no types
         unreadable: Exception | None = None

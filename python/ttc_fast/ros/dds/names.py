@@ -1,4 +1,4 @@
-"""Names of topics and nodes, as ROS 2 has them and as they are in DDS."""
+"""Names of topics and nodes in ROS 2, and of topics in DDS."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class NameNotAllowedError(ValueError):
 
 
 def resolved(topic: str, node_name: str, namespace: str) -> str:
-    """Return the full name of a topic: a relative one is in the namespace, and ~ is the node.
+    """Return the full name of a topic: a relative name is in the namespace, and ~ is the node.
 
     Examples
     --------
@@ -36,12 +36,12 @@ def resolved(topic: str, node_name: str, namespace: str) -> str:
 
 
 def dds_topic(resolved_topic: str) -> str:
-    """Return what a ROS topic is called in DDS: rt stands for ROS topic."""
+    """Return the name of a ROS topic in DDS: rt stands for ROS topic."""
     return f"rt{resolved_topic}"
 
 
 def check_node(node_name: str, namespace: str) -> None:
-    """Refuse a node that ROS 2 would refuse."""
+    """Raise NameNotAllowedError for a node that ROS 2 does not allow."""
     if not NODE_NAME.fullmatch(node_name):
         raise NameNotAllowedError(f"node_name has letters, digits and _, and begins with no digit; got {node_name!r}")
     if not NAMESPACE.fullmatch(namespace):

@@ -51,7 +51,7 @@ class Subscription:
         self._take = take
 
     def take(self) -> None:
-        """Read what has come, and hand it on."""
+        """Read the messages that have come, and hand them on."""
         for sample in self.reader.take(AT_ONCE):
             if isinstance(sample, InvalidSample):  # the last publisher has left
                 continue

@@ -1,4 +1,4 @@
-"""Qualities of service, as the profiles of ROS 2 have them [rmw, qos_profiles.h]."""
+"""Qualities of service: the profiles of ROS 2 [rmw, qos_profiles.h]."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from cyclonedds.core import Policy, Qos
 from cyclonedds.util import duration
 
 PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
-"""XCDR1 alone, which is what ROS 2 speaks."""
+"""ROS 2 uses XCDR1 alone."""
 PATIENCE = duration(milliseconds=100)
-"""For how long a write may wait for slow readers. It does not have to: the oldest of those kept gives way."""
+"""The longest that a write may wait for a slow reader. It need not wait: the oldest sample that is kept gives way."""
 
 SENSOR_DATA = Qos(PLAIN_CDR, Policy.Reliability.BestEffort, Policy.History.KeepLast(5), Policy.Durability.Volatile)
-"""For scans and clouds, where the next one is better than the last one again; publishers may be reliable or not."""
+"""Scans and clouds use this: a lost one is not sent again. Publishers may be reliable or not."""
 DEFAULT = Qos(
     PLAIN_CDR,
     Policy.Reliability.Reliable(PATIENCE),
@@ -19,7 +19,7 @@ DEFAULT = Qos(
     Policy.Durability.Volatile,
     Policy.WriterDataLifecycle(autodispose=False),
 )
-"""For all else."""
+"""All other topics use this."""
 DISCOVERY = Qos(
     PLAIN_CDR,
     Policy.Reliability.Reliable(PATIENCE),
@@ -28,9 +28,9 @@ DISCOVERY = Qos(
     Policy.DurabilityService(0, Policy.History.KeepLast(1), -1, -1, -1),
     Policy.WriterDataLifecycle(autodispose=False),
 )
-"""For what a node says of itself: who comes later is told too."""
+"""The announcement of a node uses this: a participant that comes later receives it too."""
 
 
 def with_user_data(qos: Qos, said: bytes) -> Qos:
-    """Return the same, and what an entity says of itself."""
+    """Return the quality of service with user data."""
     return Qos(Policy.Userdata(said), base=qos)
