@@ -205,7 +205,7 @@ def _load(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
             archive = np.load(file)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise LogError(path, "is a single NumPy array, not an archive of several; write it with numpy.savez")
-            _check_sizes(path, archive.zip.infolist())
+            _check_sizes(path, archive.zip)
             return {name: _array(path, archive, name) for name in names if name in archive}
     except LogError:
         raise
@@ -215,7 +215,8 @@ def _load(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
         raise LogError(path, f"is not a NumPy archive, or is damaged: it {UNREADABLE}") from error
 
 
-def _check_sizes(path: Path, members: list[zipfile.ZipInfo]) -> None:
+def _check_sizes(path: Path, archive: zipfile.ZipFile | None) -> None:
+    members = archive.infolist() if archive else []
     packed, unpacked = sum(each.compress_size for each in members), sum(each.file_size for each in members)
     if unpacked > most_unpacked(packed):
         size = f"{packed / 1e6:.3g} MB that unpack to {unpacked / 1e9:.3g} GB"

@@ -110,12 +110,14 @@ def _unpacked(data: bytes, row: int, errors: ReadErrors) -> bytes:
     zstandard = need("zstandard", errors.path)
     most = most_unpacked(len(data))
     try:
-        unpacked: bytes = zstandard.ZstdDecompressor().stream_reader(data).read(most + 1)
+        size = zstandard.frame_content_size(data)
+        if size > most:
+            raise MemoryError(f"it unpacks to more than {most / 1e9:.2g} GB")
+        # A frame that does not say its size needs a limit, for which memory is set aside.
+        limit = {"max_output_size": most} if size < 0 else {}
+        unpacked: bytes = zstandard.ZstdDecompressor().decompress(data, **limit)
     except (zstandard.ZstdError, MemoryError) as error:
         errors.add(f"row {row} of messages is damaged: {error}")
-        return b""
-    if len(unpacked) > most:
-        errors.add(f"row {row} of messages is damaged: it unpacks to more than {most / 1e9:.2g} GB")
         return b""
     return unpacked
 
