@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast import _validate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Hashable, Iterable
 
 REQUIRED = dataclasses.MISSING
 """The default of an argument that has none."""
@@ -237,10 +237,14 @@ def setting(default: Any, kind: Kind, sentence: str, usual: tuple[float, float] 
     return dataclasses.field(default=default, metadata={"kind": kind, "sentence": sentence, "usual": usual})
 
 
-@functools.cache
-def settings_of(kind: type[Any]) -> tuple[Setting, ...]:
+def settings_of(kind: Any) -> tuple[Setting, ...]:
     """Return the settings of a dataclass; fields that ``setting`` did not make are none."""
-    fields = [each for each in dataclasses.fields(kind) if "sentence" in each.metadata]
+    return _settings_of(kind)
+
+
+@functools.cache
+def _settings_of(kind: Hashable) -> tuple[Setting, ...]:
+    fields = [each for each in dataclasses.fields(kind) if "sentence" in each.metadata]  # type: ignore[arg-type]
     return tuple(Setting(each.name, default=each.default, **each.metadata) for each in fields)
 
 
