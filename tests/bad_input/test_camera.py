@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from tests.support.refusals import ODD, OwnError, message, refused
+from tests.support.refusals import Targets, every_argument, refused, taken_or_refused
 from ttc_fast import (
     Consensus,
     KthSmallest,
@@ -106,7 +106,7 @@ def test_settings_out_of_range(kind: Any, argument: str, values: list[Any]) -> N
         assert "must be" in refused(ValueError, argument, kind, **{argument: value})
 
 
-TARGETS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+TARGETS: Targets = {
     "ttc_from_scale": (ttc_from_scale, {"scale": 1.1, "dt": 0.1}),
     "ttc_from_heights": (ttc_from_heights, {"previous": 100.0, "current": 101.0, "dt": 0.1}),
     "ttc_from_keypoints": (
@@ -125,17 +125,6 @@ TARGETS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 }
 
 
-@pytest.mark.parametrize(
-    ("call", "arguments", "odd"),
-    [(call, arguments, odd) for call, arguments in TARGETS.values() for odd in arguments],
-    ids=[f"{name}({argument}=)" for name, (_, arguments) in TARGETS.items() for argument in arguments],
-)
+@every_argument(TARGETS)
 def test_any_object_is_taken_or_refused_by_name(call: Callable[..., Any], arguments: dict[str, Any], odd: str) -> None:
-    """Nothing else may happen: no panic, no exception of an unrelated kind or without the argument's name."""
-    for name, value in ODD.items():
-        try:
-            call(**{**arguments, odd: value})
-        except OwnError:
-            pass
-        except (TypeError, ValueError, OverflowError) as error:
-            assert odd in message(error), f"{name}: {message(error)}"  # noqa: PT017 - others pass through
+    taken_or_refused(call, arguments, odd)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from tests.support.refusals import ODD, OwnError, message, refused
+from tests.support.common import both_dtypes
+from tests.support.refusals import ODD, Targets, every_argument, message, refused, taken_or_refused
 from ttc_fast import (
     Cluster,
     Detection,
@@ -182,7 +183,7 @@ def test_more_points_than_can_be_numbered() -> None:
     refused(ValueError, "points", robust_min_x, (np.broadcast_to(np.float32(5.0), 2**32),) * 3)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 def test_a_million_nans(dtype: Any) -> None:
     for points in (np.full((1_000_000, 3), np.nan, dtype), np.zeros((1_000_000, 3), dtype)):
         assert robust_min_x(points).detection is Detection.NO_DATA
@@ -433,7 +434,7 @@ def test_settings_are_given_by_name() -> None:
 
 # --- anything ------------------------------------------------------------------------------------------------------
 
-TARGETS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+TARGETS: Targets = {
     "robust_min_x": (robust_min_x, {"points": POINTS, "gate": Gate(), "estimator": Minimum()}),
     "ttc_from_clouds": (
         ttc_from_clouds,
@@ -459,21 +460,9 @@ TARGETS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 }
 
 
-@pytest.mark.parametrize(
-    ("call", "arguments", "odd"),
-    [(call, arguments, odd) for call, arguments in TARGETS.values() for odd in arguments],
-    ids=[f"{name}({argument}=)" for name, (_, arguments) in TARGETS.items() for argument in arguments],
-)
+@every_argument(TARGETS)
 def test_any_object_is_taken_or_refused_by_name(call: Callable[..., Any], arguments: dict[str, Any], odd: str) -> None:
-    """Nothing else may happen: no panic, no exception of an unrelated kind or without the argument's name."""
-    for name, value in ODD.items():
-        try:
-            call(**{**arguments, odd: value})
-        except OwnError:
-            pass
-        except (TypeError, ValueError, OverflowError) as error:
-            said = message(error)
-            assert odd in said or (odd == "height" and "road" in said), f"{name}: {said}"
+    taken_or_refused(call, arguments, odd, *(["road"] if odd == "height" else []))
 
 
 @pytest.mark.parametrize("value", ODD.values(), ids=ODD)

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 import ttc_fast
-from ttc_fast import BrakeController, Motion, ScanSweptPath, ScanTTC, SweptPath, reference
+from tests.support.common import CAR, every_module
+from ttc_fast import BrakeController, Motion, ScanSweptPath, ScanTTC, SweptPath
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 HUGE = 1e300
-OUTLINE = (-0.1, 0.4, -0.15, 0.15)
-SCAN = ScanTTC(-0.5, 0.1, 11, mount=(0.2, 0.0, 0.0), outline=OUTLINE)
+SCAN = ScanTTC(-0.5, 0.1, 11, mount=(0.2, 0.0, 0.0), outline=CAR)
 NEEDED: dict[str, dict[str, Any]] = {
     "ScanTTC": {"angle_min": -0.5, "angle_increment": 0.1, "beams": 11},
-    "SweptPath": {"outline": OUTLINE},
+    "SweptPath": {"outline": CAR},
     "ScanSweptPath": {"scan": SCAN},
     "RangeRate": {"scan": SCAN},
     "Quantile": {"q": 0.5},
@@ -72,7 +72,7 @@ def said(call: Callable[[], Any]) -> str:
     return ""
 
 
-@pytest.mark.parametrize("module", [ttc_fast, reference], ids=["kernel", "reference"])
+@every_module
 @pytest.mark.parametrize(("name", "argument", "value"), CALLS)
 def test_settings(module: Any, name: str, argument: str, value: Any) -> None:
     if not hasattr(module, name):
@@ -81,7 +81,7 @@ def test_settings(module: Any, name: str, argument: str, value: Any) -> None:
     assert not re.search(r"\d{17}", message)
 
 
-@pytest.mark.parametrize("way", [SCAN, ScanSweptPath(SCAN), SweptPath(OUTLINE)], ids=lambda way: type(way).__name__)
+@pytest.mark.parametrize("way", [SCAN, ScanSweptPath(SCAN), SweptPath(CAR)], ids=lambda way: type(way).__name__)
 @pytest.mark.parametrize("motion", [(HUGE, 0.0, 0.0), (0.0, HUGE, 0.0), (0.0, 0.0, -HUGE)])
 def test_motions(way: Any, motion: tuple[float, float, float]) -> None:
     seen = np.ones((3, 2)) if isinstance(way, SweptPath) else np.ones(11)

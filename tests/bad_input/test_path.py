@@ -9,16 +9,14 @@ import numpy as np
 import pytest
 
 import ttc_fast
+from tests.support.common import CAR, every_module
 from tests.support.refusals import refused
-from ttc_fast import reference
 
-CAR = (-0.1, 0.4, -0.15, 0.15)
 POINTS = np.full((20, 2), 5.0)
-MODULES = pytest.mark.parametrize("module", [ttc_fast, reference])
 METHODS = pytest.mark.parametrize("method", ["min", "nearest", "per_point"])
 
 
-@MODULES
+@every_module
 @pytest.mark.parametrize(
     "outline",
     [
@@ -34,7 +32,7 @@ def test_an_outline_that_is_none(module: Any, outline: Any) -> None:
     refused(ValueError, "outline", lambda: module.SweptPath(outline))
 
 
-@MODULES
+@every_module
 @pytest.mark.parametrize("horizon", [0.0, -1.0, math.nan, math.inf, 1e7])
 def test_a_horizon_that_is_none(module: Any, horizon: float) -> None:
     scan = module.ScanTTC(-0.5, 0.5, 3, outline=CAR)
@@ -42,7 +40,7 @@ def test_a_horizon_that_is_none(module: Any, horizon: float) -> None:
     refused(ValueError, "horizon", lambda: module.ScanSweptPath(scan, horizon=horizon))
 
 
-@MODULES
+@every_module
 def test_settings_that_make_no_sense(module: Any) -> None:
     refused(ValueError, "no_data", lambda: module.SweptPath(CAR, no_data=-1.0))
     refused(ValueError, "no_data", lambda: module.SweptPath(CAR, no_data=math.nan))
@@ -56,14 +54,14 @@ def test_a_scanner_that_is_none() -> None:
     refused(TypeError, "scan", lambda: ttc_fast.ScanSweptPath(nothing))
 
 
-@MODULES
+@every_module
 @METHODS
 @pytest.mark.parametrize("shape", [(), (3,), (20, 1), (20, 0), (2, 2, 1), (2, 2, 2, 3), (2, 100)], ids=str)
 def test_points_of_another_shape(module: Any, method: str, shape: tuple[int, ...]) -> None:
     refused(ValueError, "points", lambda: getattr(module.SweptPath(CAR), method)(np.ones(shape), 1.0))
 
 
-@MODULES
+@every_module
 @METHODS
 @pytest.mark.parametrize("dtype", [np.float16, np.int16, np.int64, ">f4", ">f8", np.longdouble, object, bool, "U3"])
 def test_points_of_another_dtype(module: Any, method: str, dtype: Any) -> None:
@@ -72,7 +70,7 @@ def test_points_of_another_dtype(module: Any, method: str, dtype: Any) -> None:
     refused(TypeError, "points", lambda: getattr(path, method)((np.ones(20).astype(dtype),) * 2, 1.0))
 
 
-@MODULES
+@every_module
 @METHODS
 def test_points_that_are_none(module: Any, method: str) -> None:
     call = getattr(module.SweptPath(CAR), method)
@@ -92,7 +90,7 @@ def test_points_that_are_none(module: Any, method: str) -> None:
         refused(kind, "points", call, points, 1.0)
 
 
-@MODULES
+@every_module
 @METHODS
 @pytest.mark.parametrize("argument", ["speed", "yaw_rate", "lateral_speed"])
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e9, -4e8, 1e300])
@@ -104,7 +102,7 @@ def test_motions_that_are_none(module: Any, method: str, argument: str, value: f
     refused(ValueError, argument, lambda: getattr(scan, beams)(np.ones(3), **motion))
 
 
-@MODULES
+@every_module
 @METHODS
 def test_motions_of_another_type_or_shape(module: Any, method: str) -> None:
     call = getattr(module.SweptPath(CAR), method)
@@ -123,7 +121,7 @@ def test_the_row_of_a_bad_motion_is_told() -> None:
         assert "row 1" in said
 
 
-@MODULES
+@every_module
 def test_outputs_that_cannot_be_written(module: Any) -> None:
     path = module.SweptPath(CAR)
     frozen = np.ones(20)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import ttc_fast
-from tests.support.refusals import ODD, OwnError, message, refused
+from tests.support.refusals import Targets, every_argument, message, refused, taken_or_refused
 from ttc_fast import KthSmallest, NeighbourSupport, NoDataError, ScanTTC, Status, ittc
 
 if TYPE_CHECKING:
@@ -538,7 +538,7 @@ def test_speeds_that_are_no_numbers(helper: Callable[..., Any], first: str, valu
 # --- anything ------------------------------------------------------------------------------------------------------
 
 
-TARGETS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+TARGETS: Targets = {
     "ScanTTC": (
         ScanTTC,
         {
@@ -574,17 +574,6 @@ TARGETS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 }
 
 
-@pytest.mark.parametrize(
-    ("call", "arguments", "odd"),
-    [(call, arguments, odd) for call, arguments in TARGETS.values() for odd in arguments],
-    ids=[f"{name}({argument}=)" for name, (_, arguments) in TARGETS.items() for argument in arguments],
-)
+@every_argument(TARGETS)
 def test_any_object_is_taken_or_refused_by_name(call: Callable[..., Any], arguments: dict[str, Any], odd: str) -> None:
-    """Nothing else may happen: no panic, no exception of an unrelated kind or without the argument's name."""
-    for name, value in ODD.items():
-        try:
-            call(**{**arguments, odd: value})
-        except (OwnError, NoDataError):
-            pass
-        except (TypeError, ValueError, OverflowError) as error:
-            assert odd in message(error), f"{name}: {message(error)}"  # noqa: PT017 - others pass through
+    taken_or_refused(call, arguments, odd, passes=(NoDataError,))

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from tests.support.common import CAR
 from ttc_fast import BrakeController, Command, IttcThreshold, KthSmallest, Motion, Reason, ScanTTC, SweptPath
 
 if TYPE_CHECKING:
     from ttc_fast.brake import Decision
 
-OUTLINE = (-0.1, 0.4, -0.15, 0.15)
 PERIOD = 0.025
 AHEAD, BACK, LEFT, RIGHT = Motion(1.0), Motion(-1.0), Motion(0.0, 1.0), Motion(0.0, -1.0)
 FRONT_LEFT, REAR_RIGHT = (0.3, 0.14), (0.0, -0.14)
@@ -23,7 +23,7 @@ class Parked:
     """A controller that sees the same points again and again."""
 
     def __init__(self, *points: tuple[float, float], **settings: Any) -> None:
-        self.controller = BrakeController(path=SweptPath(OUTLINE), **{"hold": 0.0, **settings})
+        self.controller = BrakeController(path=SweptPath(CAR), **{"hold": 0.0, **settings})
         self.points = np.array(points)
         self.now = 5.0
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.common import CAR
 from ttc_fast import (
     BrakeController,
     Command,
@@ -25,7 +26,6 @@ from ttc_fast import (
 from ttc_fast.brake import Decision, Source
 
 BEAMS = 181
-OUTLINE = (-0.1, 0.4, -0.15, 0.15)
 ANGLES = np.linspace(-np.pi / 2, np.pi / 2, BEAMS)
 PERIOD = 0.025
 
@@ -44,7 +44,7 @@ class Drive:
     """A controller and the time."""
 
     def __init__(self, **settings: Any) -> None:
-        settings.setdefault("scan", scanner(outline=OUTLINE))
+        settings.setdefault("scan", scanner(outline=CAR))
         self.controller = BrakeController(**settings)
         self.now = 100.0
 
@@ -114,7 +114,7 @@ class TestTrigger:
     def test_stopping_distance_where_a_threshold_is_too_late(self) -> None:
         """At 25 m/s and 5 m/s^2 it takes 64.7 m to stop, and 1.5 s are 37.5 m."""
         fast = [SweptPathThreshold(1.5), StoppingDistance(deceleration=5.0, reaction_time=0.1, margin=0.5)]
-        long = ScanTTC(-0.1, 0.001, 201, range_max=100.0, outline=OUTLINE)
+        long = ScanTTC(-0.1, 0.001, 201, range_max=100.0, outline=CAR)
         controller = BrakeController(fast, scan=long, trigger=(1, 1))
         ranges = np.full(201, 60.0)
         decision = controller.update(0.0, ranges=ranges, stamp=0.0, motion=Motion(25.0))
@@ -126,9 +126,9 @@ class TestTrigger:
         """Walls at +-1 m beside a car at 5 m/s: the classic rule says 0.36 s."""
         corridor = np.minimum(1.0 / np.maximum(np.abs(np.sin(ANGLES)), 1e-9), 20.0)
         settings: dict[str, Any] = {"ranges": corridor, "stamp": 0.0, "motion": Motion(5.0)}
-        by_path = BrakeController(scan=scanner(outline=OUTLINE), trigger=(1, 1))
+        by_path = BrakeController(scan=scanner(outline=CAR), trigger=(1, 1))
         assert by_path.update(0.0, **settings).command is Command.NONE
-        classic = BrakeController([IttcThreshold(1.5)], scan=scanner(outline=OUTLINE), trigger=(1, 1))
+        classic = BrakeController([IttcThreshold(1.5)], scan=scanner(outline=CAR), trigger=(1, 1))
         assert classic.update(0.0, **settings).command is Command.BRAKE
 
 
@@ -256,7 +256,7 @@ class TestWatchdog:
         assert decision.command is Command.BRAKE
 
     def test_without_odometry_the_range_rate_serves(self) -> None:
-        scan = scanner(outline=OUTLINE)
+        scan = scanner(outline=CAR)
         drive = Drive(scan=scan, range_rate=RangeRate(scan), hold=0.0)
         distance, brake = 9.0, None
         while distance > 0.5 and brake is None:
@@ -276,7 +276,7 @@ class TestWatchdog:
 
 class TestTime:
     def test_the_age_of_the_data_is_taken_off(self) -> None:
-        controller = BrakeController(scan=scanner(outline=OUTLINE))
+        controller = BrakeController(scan=scanner(outline=CAR))
         decision = controller.update(10.1, ranges=wall(8.4), stamp=10.0, motion=Motion(4.0))
         assert decision.threat is not None
         assert decision.threat.age == pytest.approx(0.1)
@@ -284,14 +284,14 @@ class TestTime:
         assert decision.threat.clearance == pytest.approx(7.6)
 
     def test_each_beam_has_its_own_age(self) -> None:
-        controller = BrakeController(scan=scanner(outline=OUTLINE), time_increment=0.0005)
+        controller = BrakeController(scan=scanner(outline=CAR), time_increment=0.0005)
         decision = controller.update(10.1, ranges=wall(8.4), stamp=10.0, motion=Motion(4.0))
         assert decision.threat is not None
         assert decision.threat.age == pytest.approx(0.1 - decision.threat.index * 0.0005)
 
     @pytest.mark.parametrize("stamp", [9.9, 10.0, 10.5])
     def test_repeated_reordered_and_future_frames_are_ignored(self, stamp: float) -> None:
-        controller = BrakeController(scan=scanner(outline=OUTLINE), trigger=(1, 1))
+        controller = BrakeController(scan=scanner(outline=CAR), trigger=(1, 1))
         before = controller.update(10.0, ranges=wall(15.0), stamp=10.0, motion=Motion(4.0))
         after = controller.update(10.02, ranges=wall(1.0), stamp=stamp, motion=Motion(4.0))
         assert after.command is Command.NONE
@@ -337,7 +337,7 @@ def test_estimates_alone() -> None:
 
 
 def test_points() -> None:
-    controller = BrakeController(path=SweptPath(OUTLINE), trigger=(1, 1))
+    controller = BrakeController(path=SweptPath(CAR), trigger=(1, 1))
     points = np.array([[2.4, 0.0, 0.1], [1.0, 2.0, 0.1]])
     decision = controller.update(0.0, points=points, stamp=0.0, motion=Motion(4.0))
     assert decision.command is Command.BRAKE
@@ -359,7 +359,7 @@ class TestState:
         return decisions
 
     def make(self) -> BrakeController:
-        scan = scanner(outline=OUTLINE)
+        scan = scanner(outline=CAR)
         return BrakeController(scan=scan, range_rate=RangeRate(scan), hold=0.1)
 
     def test_the_same_inputs_give_the_same_bits(self) -> None:
@@ -415,7 +415,7 @@ class TestState:
 )
 def test_settings_are_refused_with_the_reason(settings: dict[str, Any], error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=says):
-        BrakeController(**{"scan": scanner(outline=OUTLINE), **settings})
+        BrakeController(**{"scan": scanner(outline=CAR), **settings})
 
 
 @pytest.mark.parametrize(
@@ -453,11 +453,11 @@ def test_settings_are_refused_with_the_reason(settings: dict[str, Any], error: t
 )
 def test_inputs_are_refused_with_the_reason(arguments: dict[str, Any], error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=says):
-        BrakeController(scan=scanner(outline=OUTLINE)).update(**arguments)
+        BrakeController(scan=scanner(outline=CAR)).update(**arguments)
 
 
 def test_points_are_one_cloud() -> None:
-    controller = BrakeController(path=SweptPath(OUTLINE))
+    controller = BrakeController(path=SweptPath(CAR))
     for points in (np.ones((2, 5, 3)), (np.ones((2, 5)), np.ones((2, 5)))):
         with pytest.raises(ValueError, match="points must be one cloud"):
             controller.update(0.0, points=points, stamp=0.0, motion=Motion(1.0))
@@ -465,7 +465,7 @@ def test_points_are_one_cloud() -> None:
 
 def test_a_frame_that_is_refused_does_not_count() -> None:
     """The same one, put right, is judged."""
-    controller = BrakeController(scan=scanner(outline=OUTLINE), trigger=(1, 1))
+    controller = BrakeController(scan=scanner(outline=CAR), trigger=(1, 1))
     with pytest.raises(ValueError, match="ranges"):
         controller.update(0.0, ranges=wall(2.0)[:-1], stamp=0.0, motion=Motion(4.0))
     decision = controller.update(0.0, ranges=wall(2.0), stamp=0.0, motion=Motion(4.0))
@@ -491,7 +491,7 @@ def test_what_is_measured_later_than_handed_over_is_not_further_away() -> None:
 
 
 def test_a_clock_that_is_set_back_is_never_safe() -> None:
-    scan = ScanTTC(-1.5, 0.01, 301, range_max=30.0, outline=(-0.1, 0.4, -0.15, 0.15))
+    scan = ScanTTC(-1.5, 0.01, 301, range_max=30.0, outline=CAR)
     controller = BrakeController(scan=scan)
     clear, wall = np.full(301, 20.0, np.float32), np.full(301, 0.9, np.float32)
     for frame in range(10):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from tests.support.common import CAR
 from ttc_fast import (
     BrakeController,
     CloudTracker,
@@ -104,7 +105,7 @@ def test_no_ttc_makes_a_contact(status: Status) -> None:
 
 
 def test_a_second_opinion_in_contact_brakes_beside_a_scan_that_is_free() -> None:
-    scan = ScanTTC(-0.5, 0.1, 11, outline=(-0.1, 0.4, -0.15, 0.15))
+    scan = ScanTTC(-0.5, 0.1, 11, outline=CAR)
     controller = BrakeController([*CRITERIA], scan=scan, hold=0.0)
     for frame in range(30):
         now = frame * PERIOD
@@ -232,12 +233,11 @@ def test_estimates_are_refused_with_the_reason(wrong: dict[str, Any], error: typ
         BrakeController(scan=ScanTTC(-0.5, 0.1, 11)).update(1.0, estimate=estimate)
 
 
-BUMPER = (-0.1, 0.4, -0.15, 0.15)
 EACH_CRITERION = [IttcThreshold(), SweptPathThreshold(), EstimateThreshold(), StoppingDistance(), RssDistance()]
 
 
 @pytest.mark.parametrize("criterion", EACH_CRITERION, ids=lambda criterion: criterion.name)
-@pytest.mark.parametrize("outline", [None, BUMPER], ids=["no outline", "outline"])
+@pytest.mark.parametrize("outline", [None, CAR], ids=["no outline", "outline"])
 @pytest.mark.parametrize("rated", [False, True], ids=["no rate", "rate"])
 @pytest.mark.parametrize("motion", [None, Motion(5.0)], ids=["no motion", "motion"])
 def test_whatever_judges_a_scan_is_looked_at(

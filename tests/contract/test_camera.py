@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-import ttc_fast
-from ttc_fast import Consensus, LeastSquares, MedianRatio, Status, TrimmedMeanRatio, reference
+from tests.support.common import both_dtypes
+from ttc_fast import Consensus, LeastSquares, MedianRatio, Status, TrimmedMeanRatio
 
 INF, NAN = math.inf, math.nan
 DT = 0.1
@@ -19,12 +19,6 @@ every_estimator = pytest.mark.parametrize(
     "estimator", [MedianRatio(), TrimmedMeanRatio(0.25), LeastSquares(), Consensus()], ids=repr
 )
 of_pairs = pytest.mark.parametrize("estimator", [MedianRatio(), TrimmedMeanRatio(0.25), Consensus()], ids=repr)
-
-
-@pytest.fixture(params=[ttc_fast, reference], ids=["kernels", "reference"])
-def ttc(request: pytest.FixtureRequest) -> Any:
-    """The two implementations of the contract."""
-    return request.param
 
 
 # --- scale and heights ---------------------------------------------------------------------------------------------
@@ -56,7 +50,7 @@ def test_the_ends_of_the_numbers(ttc: Any) -> None:
 
 
 @every_estimator
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 def test_a_square_that_grows(ttc: Any, estimator: Any, dtype: Any) -> None:
     seen = ttc.ttc_from_keypoints(SQUARE.astype(dtype), (1.25 * SQUARE + 7.0).astype(dtype), DT, estimator=estimator)
     assert seen.scale == pytest.approx(1.25, rel=1e-7)
@@ -96,7 +90,7 @@ def test_an_even_number_of_ratios_has_the_mean_of_the_middle_two(ttc: Any) -> No
 
 
 @of_pairs
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 def test_the_least_distance_is_one_now_and_included(ttc: Any, estimator: Any, dtype: Any) -> None:
     before, now = np.array([[0, 0], [30, 40]], dtype), np.array([[0, 0], [60, 80]], dtype)
     at = ttc.ttc_from_keypoints(before, now, DT, min_distance=100.0, estimator=estimator)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import ttc_fast
+from tests.support.common import both_dtypes
 from ttc_fast import (
     Cluster,
     Detection,
@@ -22,18 +23,9 @@ from ttc_fast import (
     Road,
     Status,
     Supported,
-    reference,
 )
 
 INF, NAN = math.inf, math.nan
-
-both_dtypes = pytest.mark.parametrize("dtype", [np.float32, np.float64])
-
-
-@pytest.fixture(params=[ttc_fast, reference], ids=["kernels", "reference"])
-def ttc(request: pytest.FixtureRequest) -> Any:
-    """The two implementations of the contract."""
-    return request.param
 
 
 def ahead(*x: float, dtype: Any = np.float64) -> Any:

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import ttc_fast
 from evaluation.lidar import CHANGING, GATE, STEADY, Approach, Pose, Scanner, turn
 from tests.support.cloud_layouts import LAYOUTS
+from tests.support.common import both_dtypes, every_module
 from ttc_fast import Alignment, Gate, Status, reference
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def test_a_car_that_nods() -> None:
     ],
     ids=str,
 )
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 @pytest.mark.parametrize("layout", ["rows", "records, as of Velodyne"])
 def test_layouts_dtypes_and_gates(layout: str, dtype: Any, gate: Gate) -> None:
     columns = {"x": 0, "y": 1, "z": 2}
@@ -214,7 +215,7 @@ def test_contact() -> None:
     assert (seen.status, seen.ttc) == (Status.CONTACT, 0.0)
 
 
-@pytest.mark.parametrize("module", [ttc_fast, reference])
+@every_module
 @pytest.mark.parametrize("points", [3, 400])  # too few for the estimator, and enough
 def test_contact_with_something_new_is_contact_at_once(module: Any, points: int) -> None:
     tracker = module.CloudTracker(front_offset=4.0)
@@ -248,7 +249,7 @@ def test_time_may_begin_anywhere_and_lengths_may_be_scaled() -> None:
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda tracker: pickle.loads(pickle.dumps(tracker))])
-@pytest.mark.parametrize("module", [ttc_fast, reference])
+@every_module
 def test_a_copy_goes_on_alike(module: Any, copied: Any) -> None:
     tracker = module.CloudTracker(Gate(x=(1.0, 50.0)), estimator=ttc_fast.KthSmallest(3), front_offset=1.0, jump=0.4)
     follow(tracker, [wall(20.0 - 0.3 * number) for number in range(8)])
@@ -293,7 +294,7 @@ def test_no_such_state(spoil: Any) -> None:
         ttc_fast.CloudTracker().restore(state)
 
 
-@pytest.mark.parametrize("module", [ttc_fast, reference])
+@every_module
 @pytest.mark.parametrize(
     ("settings", "error", "named"),
     [

@@ -11,13 +11,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import ttc_fast
-from ttc_fast import Status, reference
+from tests.support.common import every_module
+from ttc_fast import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-MODULES = [ttc_fast, reference]
-every_module = pytest.mark.parametrize("module", MODULES, ids=["kernel", "reference"])
 
 ordinary = st.floats(1e-3, 1e3)
 signed = st.floats(-1e3, 1e3)

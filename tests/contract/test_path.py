@@ -11,14 +11,13 @@ import pytest
 
 import ttc_fast
 from tests.support import path_oracle
-from ttc_fast import Status, reference
+from tests.support.common import CAR, every_module
+from ttc_fast import Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-CAR = (-0.1, 0.4, -0.15, 0.15)
 X_REAR, X_FRONT, Y_RIGHT, Y_LEFT = CAR
-MODULES = pytest.mark.parametrize("module", [ttc_fast, reference])
 
 
 def one(x: float, y: float) -> NDArray[np.float64]:
@@ -39,7 +38,7 @@ def corridor() -> Any:
         return scan, np.minimum(1.0 / np.abs(np.sin(angles)), 30.0)
 
 
-@MODULES
+@every_module
 def test_a_corridor_that_one_fits_in(module: Any) -> None:
     settings, ranges = corridor()
     scan = module.ScanTTC(**settings)
@@ -51,7 +50,7 @@ def test_a_corridor_that_one_fits_in(module: Any) -> None:
     assert path.nearest(ranges, 5.0).status is Status.NOT_CLOSING
 
 
-@MODULES
+@every_module
 def test_a_point_off_the_axis(module: Any) -> None:
     """Beside the car's path, or hit when the outline gets there and not when its range is used up."""
     point = one(1.5, 0.85)
@@ -60,7 +59,7 @@ def test_a_point_off_the_axis(module: Any) -> None:
     assert wide.min(point, 5.0) == pytest.approx((1.5 - 0.4) / 5.0, rel=1e-15)
 
 
-@MODULES
+@every_module
 @pytest.mark.parametrize(
     ("point", "motion", "ttc"),
     [
@@ -81,7 +80,7 @@ def test_driving_straight(module: Any, point: tuple[float, float], motion: tuple
     assert module.SweptPath(CAR).min(one(*point), *motion) == pytest.approx(ttc, rel=1e-15)
 
 
-@MODULES
+@every_module
 def test_rotation_in_place(module: Any) -> None:
     """A point as far out as the front corners is touched by the one that comes round first."""
     radius, corner = math.hypot(X_FRONT, Y_LEFT), math.atan2(Y_LEFT, X_FRONT)
@@ -94,7 +93,7 @@ def test_rotation_in_place(module: Any) -> None:
     assert path.min(0.999 * point, 0.0, 0.5) == pytest.approx(2.0, rel=0.01)
 
 
-@MODULES
+@every_module
 def test_half_a_turn_and_more(module: Any) -> None:
     """Turning about its origin, its outline far to the left: tau is infinite after half a turn, then negative."""
     path = module.SweptPath((-1.0, 1.0, 4.0, 5.0), horizon=20.0)
@@ -108,7 +107,7 @@ def test_half_a_turn_and_more(module: Any) -> None:
             assert path.min(point, 0.0, yaw_rate) == pytest.approx(angle, rel=1e-12)
 
 
-@MODULES
+@every_module
 def test_smooth_as_the_yaw_rate_goes_to_zero(module: Any) -> None:
     path = module.SweptPath(CAR)
     for point, motion in (((4.4, 0.1), (2.0, 0.0)), ((-3.1, -0.1), (-1.0, 0.0)), ((1.4, 1.0), (1.0, 1.0))):
@@ -120,7 +119,7 @@ def test_smooth_as_the_yaw_rate_goes_to_zero(module: Any) -> None:
                 assert ttc == pytest.approx(straight, rel=1e-15 + 20 * yaw_rate), signed
 
 
-@MODULES
+@every_module
 def test_continuous_in_the_yaw_rate(module: Any) -> None:
     """From 1e-16 to 10: as long as the point is hit at all, a little more yaw rate is a little more or less time."""
     rates = 10.0 ** np.linspace(-16, 1, 4001)
@@ -131,7 +130,7 @@ def test_continuous_in_the_yaw_rate(module: Any) -> None:
     assert (np.abs(np.diff(ttc[:hit])) < 0.02).all()
 
 
-@MODULES
+@every_module
 @pytest.mark.parametrize("y", [Y_LEFT, Y_RIGHT])
 def test_touching_is_entering(module: Any, y: float) -> None:
     """Straight at a corner, along a side; a micrometre beside it is a miss."""
@@ -140,7 +139,7 @@ def test_touching_is_entering(module: Any, y: float) -> None:
     assert path.min(one(2.4, y + math.copysign(1e-6, y)), 2.0) == math.inf
 
 
-@MODULES
+@every_module
 @pytest.mark.parametrize("yaw_rate", [0.7, 0.01, -3.0])
 def test_a_circle_that_touches_an_edge(module: Any, yaw_rate: float) -> None:
     """About a centre at its left, a point on the circle through the middle of the left edge touches it there."""
@@ -154,7 +153,7 @@ def test_a_circle_that_touches_an_edge(module: Any, yaw_rate: float) -> None:
         assert path.min(inner, centre * yaw_rate, yaw_rate) == math.inf
 
 
-@MODULES
+@every_module
 @pytest.mark.parametrize(
     ("point", "motion", "ttc", "clearance", "closing_speed"),
     [
@@ -194,14 +193,14 @@ def test_contact(
     assert nearest.counts.contact == 1
 
 
-@MODULES
+@every_module
 def test_contact_stands_beside_what_else_decides(module: Any) -> None:
     nearest = module.SweptPath(CAR).nearest(np.array([[-0.1, 0.0], [2.4, 0.0], [1.4, 0.1]]), 2.0)
     assert (nearest.status, nearest.index) == (Status.CONTACT, 2)
     assert nearest.ttc == pytest.approx(0.5, rel=1e-15)
 
 
-@MODULES
+@every_module
 def test_where_the_outline_is_beside_its_origin(module: Any) -> None:
     """A point at the instantaneous centre never moves."""
     path = module.SweptPath((1.0, 2.0, -0.5, 0.5), horizon=100.0)
@@ -209,7 +208,7 @@ def test_where_the_outline_is_beside_its_origin(module: Any) -> None:
     assert path.min(one(0.0, 2.0 - math.hypot(1.5, 2.0)), 2.0, 1.0) < 2 * math.pi
 
 
-@MODULES
+@every_module
 def test_what_counts_as_a_point(module: Any) -> None:
     points = np.array([[0, 0], [np.nan, 1], [1, np.inf], [-np.inf, 0], [2.4, 0], [0, 3]])
     path = module.SweptPath(CAR)
@@ -225,7 +224,7 @@ def test_what_counts_as_a_point(module: Any) -> None:
     assert status.tolist() == [Status.INVALID] * 4 + [Status.CLOSING, Status.NOT_CLOSING]
 
 
-@MODULES
+@every_module
 def test_nothing_seen_is_not_nothing_there(module: Any) -> None:
     blind = [np.zeros((0, 2)), np.zeros((3, 2)), np.full((3, 3), np.nan)]
     for points in blind:
@@ -241,7 +240,7 @@ def test_nothing_seen_is_not_nothing_there(module: Any) -> None:
         module.SweptPath(CAR).min(np.array([[[1.0, 1.0]], [[0.0, 0.0]]]), 2.0)
 
 
-@MODULES
+@every_module
 def test_a_scanners_settings_are_its_swept_paths(module: Any) -> None:
     """Mask, limits, minimum, no_data and the meaning of readings."""
     settings = {"angle_min": -0.02, "angle_increment": 0.01, "beams": 5, "outline": CAR, "range_min": 0.05}
@@ -266,7 +265,7 @@ def test_a_scanners_settings_are_its_swept_paths(module: Any) -> None:
     assert status.tolist() == [Status.NO_DATA, Status.CLOSING, Status.CLOSING, Status.CLEAR, Status.INVALID]
 
 
-@MODULES
+@every_module
 def test_what_a_scanner_sees_is_where_its_points_are(module: Any) -> None:
     """Beams of a mounted scanner, and the same points worked out by hand, are hit at the same times."""
     mount = (0.27, 0.05, 0.3)
@@ -290,7 +289,7 @@ def test_pickled_paths() -> None:
 
 @pytest.mark.parametrize("seed", range(len(path_oracle.OUTLINES)))
 def test_a_fine_stepped_simulation_says_the_same(seed: int) -> None:
-    """``python tests/support/path_oracle.py`` does this for a million worlds."""
+    """``python -m tests.support.path_oracle`` does this for a million worlds."""
     rng, outline = np.random.default_rng(seed), path_oracle.OUTLINES[seed]
     worlds = path_oracle.random_worlds(rng, 12_000, outline)
     assert path_oracle.check(worlds, outline, 5.0, 500, rng) > 4000

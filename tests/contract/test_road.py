@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import ttc_fast
 from tests.support.cloud_layouts import LAYOUTS
+from tests.support.common import both_dtypes, every_module
 from tests.support.strategies import dtypes, seeds
 from ttc_fast import Gate, KthSmallest, Road, RoadStatus, reference
 
@@ -222,7 +223,7 @@ def numbers(fit: Any) -> list[float]:
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 def test_every_layout_gives_the_same_road(layout: str, dtype: Any) -> None:
     points = scan(Road(0.03, 0.01, -1.7), CARS, beams="16 beams").astype(dtype)[:7000]
     plain, other = ttc_fast.fit_road(points), ttc_fast.fit_road(LAYOUTS[layout](tuple(points.T)))
@@ -272,7 +273,7 @@ def test_where_and_what_to_look_for() -> None:
         ({"min_share": math.nan}, "min_share"),
     ],
 )
-@pytest.mark.parametrize("module", [ttc_fast, reference])
+@every_module
 def test_settings_that_make_no_sense(module: Any, wrong: dict[str, Any], named: str) -> None:
     with pytest.raises(ValueError, match=f"^{named} "):
         module.fit_road(np.ones((3, 3)), **wrong)

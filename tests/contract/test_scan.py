@@ -14,19 +14,10 @@ import numpy as np
 import pytest
 
 import ttc_fast
-from ttc_fast import KthSmallest, NeighbourSupport, NoDataError, ScanTTC, Status, reference
+from tests.support.common import CAR, both_dtypes
+from ttc_fast import KthSmallest, NeighbourSupport, NoDataError, ScanTTC, Status
 
 INF, NAN = math.inf, math.nan
-CAR = (-0.1, 0.4, -0.15, 0.15)
-"""A car of 0.5 m by 0.3 m, its origin 0.4 m behind the bumper."""
-
-both_dtypes = pytest.mark.parametrize("dtype", [np.float32, np.float64])
-
-
-@pytest.fixture(params=[ttc_fast, reference], ids=["kernels", "reference"])
-def ttc(request: pytest.FixtureRequest) -> Any:
-    """The two implementations of the contract."""
-    return request.param
 
 
 def ahead(ttc: Any, **settings: Any) -> Any:

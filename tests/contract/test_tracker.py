@@ -15,14 +15,14 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
+from tests.support.common import every_module
 from tests.support.distance_histories import METHODS, history
-from ttc_fast import DistanceTracker, Status, reference
+from ttc_fast import DistanceTracker, Status
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 every_method = pytest.mark.parametrize("method", METHODS, ids=repr)
-every_module = pytest.mark.parametrize("module", [ttc_fast, reference], ids=["kernel", "reference"])
 
 
 def fed(tracker: Any, distances: Iterable[Any], start: float = 0.0, step: float = 0.1) -> list[Any]:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import mmap
-import multiprocessing
 import sys
-import tracemalloc
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,10 +14,12 @@ import pytest
 import ttc_fast
 from tests.support.cloud_layouts import IN_COLUMNS, IN_ROWS, unaligned
 from tests.support.clouds import BRIGHT, ESTIMATORS, GATES, answer, answers, make_points
+from tests.support.common import peak_of, reports
+from tests.support.little_memory import call_each
 from ttc_fast import Cluster, Detection, Gate, Minimum, Quantile, robust_min_x
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from multiprocessing.connection import Connection
     from pathlib import Path
 
@@ -34,7 +35,6 @@ LARGE = 1 << 18
 FEW = (1, 2, 3, 4, 5, 8, 15, 16, 17, 18, 31, 32, 33, 34, 48, 49, 50)
 STEPS = (12, 16, 22, 26, 32, 48)  # of PointCloud2 messages
 LEVELS = ["baseline", "avx2", "avx512"]
-M_MMAP_THRESHOLD = -3  # of glibc's malloc.h
 
 
 def step_of(step: int, lead: int, apart: int = 0) -> Layout:
@@ -327,51 +327,20 @@ def large(dtype: str) -> Columns:
 def test_numpy_allocates_nothing_of_the_size_of_the_cloud(lay: Layout, dtype: str) -> None:
     """NumPy reports its buffers to tracemalloc. What the kernels allocate is the next test's."""
     points = lay(tuple(column[: LARGE // 4] for column in large(dtype)))
-    tracemalloc.start()
-    try:
-        ask(points)
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert peak < LARGE // 32
+    assert peak_of(lambda: ask(points)) < LARGE // 32
 
 
 def without_memory(progress: Connection) -> None:
     """Ask about every layout, in a process that cannot have another column at once."""
-    import resource
-
     import numpy.ma  # noqa: F401 - the first call with a subclass of ndarray imports it
 
-    libc = ctypes.CDLL(None)
-    libc.malloc.restype = ctypes.c_void_p
-    libc.mallopt(M_MMAP_THRESHOLD, 1 << 17)  # what is freed goes back at once, and cannot serve a copy
-    for dtype in DTYPES:
-        columns = large(dtype)
-        size = columns[0].nbytes
-        for name, lay in LAYOUTS.items():
-            points = lay(columns)
-            with open("/proc/self/statm") as statm:
-                used = int(statm.read().split()[0]) * resource.getpagesize()
-            resource.setrlimit(resource.RLIMIT_AS, (used + size // 2, resource.RLIM_INFINITY))
-            refused = libc.malloc(size) is None
-            progress.send((dtype, name, refused))
-            ask(points)
-            resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    def calls() -> Iterator[tuple[Any, int, Callable[[], None]]]:
+        for dtype in DTYPES:
+            columns = large(dtype)
+            for name, lay in LAYOUTS.items():
+                yield (dtype, name), columns[0].nbytes, partial(ask, lay(columns))
 
-
-def reports(target: Callable[[Connection], None]) -> tuple[list[Any], int | None]:
-    """What ``target`` sends from a process of its own, and how that ended."""
-    receiver, sender = multiprocessing.Pipe(duplex=False)
-    process = multiprocessing.get_context("spawn").Process(target=target, args=(sender,))
-    process.start()
-    sender.close()
-    seen = []
-    try:
-        while True:
-            seen.append(receiver.recv())
-    except EOFError:
-        process.join()
-    return seen, process.exitcode
+    call_each(progress, calls())
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc and RLIMIT_AS, as Linux has them")

@@ -5,10 +5,9 @@ from __future__ import annotations
 import array
 import ctypes
 import math
-import multiprocessing
 import sys
-import tracemalloc
 import warnings
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,9 +16,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ttc_fast
+from tests.support.common import CAR, peak_of, reports
+from tests.support.little_memory import call_each
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from multiprocessing.connection import Connection
     from pathlib import Path
 
@@ -32,13 +33,10 @@ DTYPES = ["float32", "float64"]
 BEAMS = 1081  # not a multiple of any lane count, so the tail is used as well
 ROWS = 5
 LARGE = 1 << 20
-M_MMAP_THRESHOLD = -3  # of glibc's malloc.h
 
 
 def make_scan(beams: int) -> ttc_fast.ScanTTC:
-    return ttc_fast.ScanTTC(
-        -2.0, 4.0 / beams, beams, range_min=0.06, range_max=30.0, limits=(0.0, 25.0), outline=(-0.1, 0.4, -0.15, 0.15)
-    )
+    return ttc_fast.ScanTTC(-2.0, 4.0 / beams, beams, range_min=0.06, range_max=30.0, limits=(0.0, 25.0), outline=CAR)
 
 
 def make_ranges(shape: int | tuple[int, ...], dtype: str) -> Floats:
@@ -401,51 +399,28 @@ def test_numpy_allocates_nothing_of_the_size_of_the_input(lay: Layout, dtype: st
         lay(np.full(LARGE, 1.5, dtype)),
     )
     out, status = np.empty(LARGE, dtype), np.empty(LARGE, np.uint8)
-    tracemalloc.start()
-    try:
-        all_calls(scan, ranges, speeds, out, status)
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert peak < LARGE // 16
+    assert peak_of(lambda: all_calls(scan, ranges, speeds, out, status)) < LARGE // 16
 
 
 def without_memory(progress: Connection) -> None:
     """Call everything in every layout, in a process that cannot have another megabyte of input at once."""
-    import resource
-
-    libc = ctypes.CDLL(None)
-    libc.malloc.restype = ctypes.c_void_p
-    libc.mallopt(M_MMAP_THRESHOLD, 1 << 17)  # what is freed goes back at once, and cannot serve a copy
     scan = make_scan(LARGE)
-    for dtype in DTYPES:
-        size = LARGE * np.dtype(dtype).itemsize
-        out, status = np.empty(LARGE, dtype), np.empty(LARGE, np.uint8)
-        for name, lay in LAYOUTS.items():
-            ranges, speeds = lay(np.resize(make_ranges(BEAMS, dtype), LARGE)), lay(np.full(LARGE, 1.5, dtype))
-            with open("/proc/self/statm") as statm:
-                used = int(statm.read().split()[0]) * resource.getpagesize()
-            resource.setrlimit(resource.RLIMIT_AS, (used + size // 2, resource.RLIM_INFINITY))
-            refused = libc.malloc(size) is None
-            progress.send((dtype, name, refused))
-            all_calls(scan, ranges, speeds, out, status)
-            resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+
+    def calls() -> Iterator[tuple[Any, int, Callable[[], None]]]:
+        for dtype in DTYPES:
+            out, status = np.empty(LARGE, dtype), np.empty(LARGE, np.uint8)
+            for name, lay in LAYOUTS.items():
+                ranges, speeds = lay(np.resize(make_ranges(BEAMS, dtype), LARGE)), lay(np.full(LARGE, 1.5, dtype))
+                yield (dtype, name), out.nbytes, partial(all_calls, scan, ranges, speeds, out, status)
+
+    call_each(progress, calls())
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc and RLIMIT_AS, as Linux has them")
 def test_the_kernels_work_where_a_copy_would_not_fit() -> None:
     """Address space is limited so that a copy, by NumPy or by the kernels, fails (the control: malloc does)."""
-    receiver, sender = multiprocessing.Pipe(duplex=False)
-    process = multiprocessing.get_context("spawn").Process(target=without_memory, args=(sender,))
-    process.start()
-    sender.close()
-    seen = []
-    try:
-        while True:
-            seen.append(receiver.recv())
-    except EOFError:
-        process.join()
-    assert process.exitcode == 0, f"a copy was made for {seen[-1:]}"
+    seen, ended = reports(without_memory)
+    assert ended == 0, f"a copy was made for {seen[-1:]}"
     assert [(dtype, name, True) for dtype in DTYPES for name in LAYOUTS] == seen
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import ttc_fast
+from tests.support.common import CAR, every_module
 from ttc_fast import reference
 
 # Results are only ever received, so what counts is what they offer, not how they are made.
@@ -120,7 +121,7 @@ def test_results_offer_the_same(name: str) -> None:
         assert type(getattr(kernel, attribute)) is type(getattr(specified, attribute)), attribute
 
 
-@pytest.mark.parametrize("module", [ttc_fast, reference])
+@every_module
 def test_defaults_are_the_documented_ones(module: Any) -> None:
     defaults = {name: default for name, _, default in parameters(module.ScanTTC)}
     assert defaults["range_min"] == 0.0
@@ -131,7 +132,7 @@ def test_defaults_are_the_documented_ones(module: Any) -> None:
     assert defaults["mount"] == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("module", [ttc_fast, reference])
+@every_module
 def test_an_index_past_the_end_of_a_batch(module: Any) -> None:
     batch = example(module, "NearestBatch")
     for index in (2, -3):
@@ -139,10 +140,10 @@ def test_an_index_past_the_end_of_a_batch(module: Any) -> None:
             batch[index]
 
 
-@pytest.mark.parametrize("module", [ttc_fast, reference])
+@every_module
 def test_a_pickled_scanner_is_the_same_scanner(module: Any) -> None:
     chosen = {"range_min": 0.1, "range_max": 9.0, "limits": (0.2, 8.0), "limits_policy": "clamp", "no_data": 7.0}
-    chosen |= {"mount": (0.2, 0.0, 0.1), "outline": (-0.1, 0.4, -0.15, 0.15), "mask": [False, True, False]}
+    chosen |= {"mount": (0.2, 0.0, 0.1), "outline": CAR, "mask": [False, True, False]}
     chosen |= {"min_closing_speed": 0.5, "too_close": "ignore", "minimum": ttc_fast.KthSmallest(2)}
     scan = module.ScanTTC(-0.1, 0.1, 3, **chosen)
     copy = pickle.loads(pickle.dumps(scan))
@@ -174,8 +175,8 @@ SETTINGS = [
     ttc_fast.KalmanCV(0.4),
     ttc_fast.KalmanCA(0.4, 1.0),
     ttc_fast.EstimatedNoise(0.4),
-    ttc_fast.SweptPath((-0.1, 0.4, -0.15, 0.15)),
-    ttc_fast.SweptPath((-0.1, 0.4, -0.15, 0.15), horizon=2.0, no_data=0.0),
+    ttc_fast.SweptPath(CAR),
+    ttc_fast.SweptPath(CAR, horizon=2.0, no_data=0.0),
     ttc_fast.Gate(),
     ttc_fast.Gate(z=(-1.0, 2.0), intensity=(0.1, 0.9), axes=("y", "-x", "z"), curvature=0.01),
     ttc_fast.Gate.above_road(1.73, road=ttc_fast.Road(0.02, -0.01, -1.7), height=(0.2, 2.0)),

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import ttc_fast
+from tests.support.common import CAR
 from ttc_fast import KthSmallest, NeighbourSupport, NoDataError, ScanTTC
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def answers(scan: ScanTTC, ranges: Any, speed: float) -> tuple[Any, ...]:
 @pytest.mark.parametrize("minimum", [None, KthSmallest(3), NeighbourSupport()], ids=repr)
 @pytest.mark.parametrize("beams", [1080, LARGE])
 def test_eight_threads_share_one_object(beams: int, minimum: Any) -> None:
-    scan = ScanTTC(-2.0, 4.0 / beams, beams, outline=(-0.1, 0.4, -0.15, 0.15), minimum=minimum)
+    scan = ScanTTC(-2.0, 4.0 / beams, beams, outline=CAR, minimum=minimum)
     random = np.random.default_rng(2)
     scans = [random.uniform(0.2, 30.0, beams).astype(np.float32) for _ in range(THREADS)]
     speeds = np.linspace(-5.0, 5.0, THREADS)

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 import ttc_fast
 from tests.support import cloud_strategies, strategies
 from tests.support.cloud_layouts import IN_COLUMNS, LAYOUTS
+from tests.support.common import both_dtypes
 from ttc_fast import Detection, Gate, reference
 
 if TYPE_CHECKING:
@@ -162,7 +163,7 @@ def scene(ahead: NDArray[np.float64], dtype: Any) -> tuple[NDArray[Any], ...]:
 
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=repr)
 @pytest.mark.parametrize("order", ORDERS.values(), ids=list(ORDERS))
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 def test_adversarial_orders(dtype: Any, order: NDArray[np.float64], estimator: Any) -> None:
     columns = scene(order, dtype)
     assert_parity(LAYOUTS["rows"](columns), Gate(), estimator)
@@ -185,7 +186,7 @@ def test_adversarial_orders_of_clusters(order: NDArray[np.float64], tolerance: f
     assert_parity(scene(order[::17], np.float32), Gate(), ttc_fast.Cluster(tolerance, min_points))
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 @pytest.mark.parametrize("spacing", [0.05, 0.1, 0.15, 1.0])
 def test_links_exactly_as_long_as_the_tolerance(spacing: float, dtype: Any) -> None:
     """A lattice: its links differ from the tolerance by rounding only, in x, y, z and across."""
@@ -227,7 +228,7 @@ def test_links_of_a_random_walk(seed: int) -> None:
             assert_parity(walk + np.array([60, 0, 0]), Gate(y=(-99, 99)), ttc_fast.Cluster(tolerance, min_points))
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 @pytest.mark.parametrize("gap", [0.5, 1.0, 0.1])
 def test_a_gap_exactly_as_wide(gap: float, dtype: Any) -> None:
     """Support ends with the gap, its end included."""
@@ -306,7 +307,7 @@ GATES: dict[str, Callable[[float], Gate]] = {
 
 
 @pytest.mark.parametrize("gate", GATES.values(), ids=list(GATES))
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 @pytest.mark.parametrize("bound", [0.1, 0.7, 1.9])
 def test_points_exactly_on_the_bounds(bound: float, dtype: Any, gate: Callable[[float], Gate]) -> None:
     """Bounds that float32 has to round, and the numbers next to them on either side."""

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import ttc_fast
 from tests.support import path_oracle, strategies
 from tests.support.cloud_layouts import LAYOUTS
+from tests.support.common import CAR
 from ttc_fast import reference
 
 if TYPE_CHECKING:
@@ -169,7 +170,7 @@ def test_every_layout_says_the_same(case: Case) -> None:
 @given(strategies.cases(), horizons, yaw_rates)
 def test_one_scan(case: strategies.Case, horizon: float, yaw_rate: float) -> None:
     if case.settings["outline"] is None:
-        case.settings["outline"] = strategies.CAR
+        case.settings["outline"] = CAR
     motion = (case.motion[0], yaw_rate, case.motion[2])
     kernel, specified = (
         module.ScanSweptPath(module.ScanTTC(**case.settings), horizon=horizon) for module in (ttc_fast, reference)
@@ -193,7 +194,7 @@ def test_one_scan(case: strategies.Case, horizon: float, yaw_rate: float) -> Non
 @few_examples
 @given(strategies.batches(), horizons)
 def test_a_batch_of_scans(case: strategies.Case, horizon: float) -> None:
-    case.settings["outline"] = strategies.CAR
+    case.settings["outline"] = CAR
     kernel, specified = (
         module.ScanSweptPath(module.ScanTTC(**case.settings), horizon=horizon) for module in (ttc_fast, reference)
     )

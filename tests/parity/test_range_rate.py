@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 
 import ttc_fast
+from tests.support.common import both_dtypes
 from tests.support.range_rate_streams import Stream, assert_parity, assert_same_answer, simulated, streams, trackers
 from ttc_fast import KthSmallest
 
@@ -34,7 +35,7 @@ def test_the_streams_have_rates() -> None:
     assert max(kernel.update(*each).rated for each in zip(scans, times, stream.yaw_rates, strict=True)) > 20
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 @pytest.mark.parametrize("yaw_rate", [0.0, 0.7])
 def test_a_long_stream_of_a_fast_scanner(dtype: Any, yaw_rate: float) -> None:
     """More scans in a window than are remembered."""

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 import ttc_fast
 from tests.support import strategies
-from tests.support.strategies import CAR, Case
+from tests.support.common import CAR, both_dtypes
+from tests.support.strategies import Case
 from ttc_fast import reference
 
 if TYPE_CHECKING:
@@ -189,7 +190,7 @@ MOTIONS = {
 
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=list(MOTIONS))
 @pytest.mark.parametrize("world", WORLDS.values(), ids=list(WORLDS))
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 def test_adversarial(dtype: Any, world: NDArray[np.float64], motion: tuple[float, ...]) -> None:
     variants: list[dict[str, Any]] = [
         {},
@@ -201,7 +202,7 @@ def test_adversarial(dtype: Any, world: NDArray[np.float64], motion: tuple[float
         assert_parity(Case(SCANNER | variant, world.astype(dtype), motion))
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 def test_a_million_beams(dtype: Any) -> None:
     beams = 2**20
     rng = np.random.default_rng(20)
@@ -238,7 +239,7 @@ def test_votes_over_walls_with_speckles(minimum: Any) -> None:
 
 
 @pytest.mark.parametrize("speed", [0.01, 0.1, 0.3, 2.0])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 def test_closing_exactly_at_the_least_is_not_closing(dtype: Any, speed: float) -> None:
     """However `speed` rounds to float32, it is compared with a limit that rounds in the same way."""
     for scan in both({"angle_min": 0.0, "angle_increment": 0.1, "beams": 1, "min_closing_speed": speed}):

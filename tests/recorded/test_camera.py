@@ -11,6 +11,7 @@ import pytest
 
 import ttc_fast
 from evaluation.camera import estimated, estimators
+from tests.support.common import both_dtypes
 from ttc_fast import (
     Consensus,
     LeastSquares,
@@ -60,7 +61,7 @@ def test_the_lesson_with_gross_mismatches(data: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["AKAZE", "SHI-BRISK"])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@both_dtypes
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=repr)
 def test_the_lesson_by_the_reference(data: Path, name: str, dtype: Any, estimator: Any) -> None:
     previous, current = (array.astype(dtype) for array in lesson(data, name))

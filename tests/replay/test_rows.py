@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.bags import KINDS, Scan, drive, write
+from tests.support.common import CAR
 from ttc_fast import (
     BrakeController,
     CloudTracker,
@@ -28,8 +29,6 @@ from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
 from ttc_fast.replay import Replay, Row, Settings, Summary, sample
 from ttc_fast.replay.run import MOST_ROWS, Series
 from ttc_fast.replay.summary import is_isolated
-
-OUTLINE = (-0.1, 0.4, -0.15, 0.15)
 
 
 def written(folder: Path, distances: list[float], dt: float = 0.1) -> Path:
@@ -117,7 +116,7 @@ def test_without_a_speed_the_ranges_tell_what_closes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_of_bag_gives_the_same_rows(kind: str, tmp_path: Path) -> None:
-    settings = Settings(log_options={"outline": OUTLINE})
+    settings = Settings(log_options={"outline": CAR})
     for folder in ("one", "other"):
         (tmp_path / folder).mkdir()
     rows = list(Replay(write(tmp_path / "one", kind, drive(60)), settings))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from tests.support.common import CAR
 from tests.support.dds_harness import DdsHarness
 from tests.support.ros_harness import BEAMS, GEOMETRY, CoreHarness, RclpyHarness, RospyHarness, Seen
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     Make = Callable[..., Any]
 
-OUTLINE = [-0.1, 0.4, -0.15, 0.15]
+OUTLINE = list(CAR)
 PERIOD = 0.025
 AT_ONCE = {"trigger": [1, 1], "release": [1, 1], "hold": 0.0, "stopping_distance": False, "use_range_rate": False}
 """A frame decides by itself."""

@@ -10,13 +10,14 @@ from typing import Any
 
 import pytest
 
+from tests.support.common import CAR
 from ttc_fast.cli import main
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.files import read_parameters
 from ttc_fast.ros.settings import NodeSettings, SettingError, parameters_of_node
 
 PACKAGE = Path(__file__).parents[2] / "ros"
-OUTLINE = [-0.1, 0.4, -0.15, 0.15]
+OUTLINE = list(CAR)
 
 
 @pytest.mark.parametrize(

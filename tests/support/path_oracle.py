@@ -1,6 +1,6 @@
 """A simulation that knows no closed form: the vehicle is driven through the world in fine steps, and looked at.
 
-``python tests/support/path_oracle.py 1000000`` holds ``SweptPath`` to it in a million random worlds,
+``python -m tests.support.path_oracle 1000000`` holds ``SweptPath`` to it in a million random worlds,
 each a point and a motion; the tests do so in fewer.
 """
 
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ttc_fast
+from tests.support.common import CAR
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -189,7 +190,7 @@ def _aim(rng: np.random.Generator, worlds: Worlds, aimed: NDArray[np.bool_], out
 
 
 OUTLINES: list[Outline] = [
-    (-0.1, 0.4, -0.15, 0.15),
+    CAR,
     (-1.0, 3.7, -0.9, 0.9),
     (0.5, 0.6, -2.0, -1.5),
     (-0.001, 0.001, -0.001, 0.001),

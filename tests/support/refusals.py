@@ -78,3 +78,33 @@ ODD: dict[str, Any] = {
     "function": len,
     "type": int,
 }
+
+
+Targets = dict[str, tuple["Callable[..., Any]", dict[str, Any]]]
+"""Callables by name, each with arguments that it takes."""
+
+
+def every_argument(targets: Targets) -> pytest.MarkDecorator:
+    """Parametrise a test by each argument of each callable: ``call``, ``arguments``, and ``odd``, its name."""
+    return pytest.mark.parametrize(
+        ("call", "arguments", "odd"),
+        [(call, arguments, odd) for call, arguments in targets.values() for odd in arguments],
+        ids=[f"{name}({argument}=)" for name, (_, arguments) in targets.items() for argument in arguments],
+    )
+
+
+def taken_or_refused(
+    call: Callable[..., Any], arguments: dict[str, Any], odd: str, *also: str, passes: tuple[type[Exception], ...] = ()
+) -> None:
+    """Hold a call to take each odd value for an argument, or to refuse it by its name or by one of ``also``.
+
+    Nothing else may happen but what ``passes``: no panic, no exception of an unrelated kind or without the argument's name.
+    """
+    for name, value in ODD.items():
+        try:
+            call(**{**arguments, odd: value})
+        except (OwnError, *passes):
+            pass
+        except (TypeError, ValueError, OverflowError) as error:
+            said = message(error)
+            assert any(each in said for each in (odd, *also)), f"{name}: {said}"

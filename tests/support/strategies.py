@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import ttc_fast
+from tests.support.common import CAR
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-CAR = (-0.1, 0.4, -0.15, 0.15)
 
 # Lanes come in groups of 16, groups in blocks of 8, and there are 64 blocks: counts around each multiple.
 EDGES = (1, 2, 15, 16, 17, 31, 33, 127, 128, 129, 255, 257, 1023, 1025, 8191, 8192, 8193, 8209)

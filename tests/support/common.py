@@ -1,0 +1,49 @@
+"""What tests of every kind share: the car, both modules, both dtypes, and the memory of a call."""
+
+from __future__ import annotations
+
+import multiprocessing
+import tracemalloc
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import ttc_fast
+from ttc_fast import reference
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from multiprocessing.connection import Connection
+
+CAR = (-0.1, 0.4, -0.15, 0.15)
+"""x_rear, x_front, y_right, y_left, m: a car of 0.5 m by 0.3 m, its origin 0.4 m behind the bumper."""
+
+MODULES = {"kernel": ttc_fast, "reference": reference}
+every_module = pytest.mark.parametrize("module", MODULES.values(), ids=MODULES)
+both_dtypes = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+
+
+def peak_of(call: Callable[[], Any]) -> int:
+    """Return the most bytes that NumPy and Python had at once during a call, beside those from before it."""
+    tracemalloc.start()
+    try:
+        call()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def reports(target: Callable[[Connection], None]) -> tuple[list[Any], int | None]:
+    """Return what ``target`` sends from a process of its own, and the exit code of that process."""
+    receiver, sender = multiprocessing.Pipe(duplex=False)
+    process = multiprocessing.get_context("spawn").Process(target=target, args=(sender,))
+    process.start()
+    sender.close()
+    seen = []
+    try:
+        while True:
+            seen.append(receiver.recv())
+    except EOFError:
+        process.join()
+    return seen, process.exitcode
