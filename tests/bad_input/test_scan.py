@@ -576,4 +576,4 @@ TARGETS: Targets = {
 
 @every_argument(TARGETS)
 def test_any_object_is_taken_or_refused_by_name(call: Callable[..., Any], arguments: dict[str, Any], odd: str) -> None:
-    taken_or_refused(call, arguments, odd, passes=(NoDataError,))
+    taken_or_refused(call, arguments, odd, passes=NoDataError)

@@ -94,16 +94,16 @@ def every_argument(targets: Targets) -> pytest.MarkDecorator:
 
 
 def taken_or_refused(
-    call: Callable[..., Any], arguments: dict[str, Any], odd: str, *also: str, passes: tuple[type[Exception], ...] = ()
+    call: Callable[..., Any], arguments: dict[str, Any], odd: str, *also: str, passes: type[Exception] = OwnError
 ) -> None:
     """Hold a call to take each odd value for an argument, or to refuse it by its name or by one of ``also``.
 
-    Nothing else may happen but what ``passes``: no panic, no exception of an unrelated kind or without the argument's name.
+    Nothing else may happen but ``passes``: no panic, no exception of another kind or without the argument's name.
     """
     for name, value in ODD.items():
         try:
             call(**{**arguments, odd: value})
-        except (OwnError, *passes):
+        except (OwnError, passes):
             pass
         except (TypeError, ValueError, OverflowError) as error:
             said = message(error)
