@@ -19,11 +19,13 @@ from cyclonedds.builtin import (
 from cyclonedds.core import Policy
 
 from tests.support import bags
-from tests.support.dds_wire import LOOPBACK, STORE, Forger, free_domain, make, serialised, store_of
+from tests.support.dds_wire import LOOPBACK, STORE, Forger, free_domain, is_free, make, port, serialised, store_of
 from ttc_fast.ros.dds.names import NameNotAllowedError, resolved
 from ttc_fast.ros.dds.participant import Participant
 from ttc_fast.ros.dds.settings import DdsSettingError, DdsSettings
 from ttc_fast.ros.dds.types import DEFINITIONS, GID_OF_HUMBLE, message, serialized, type_hash
+from ttc_fast.ros.dds_node import DdsNode
+from ttc_fast.ros.settings import NodeSettings
 from ttc_fast.ros_messages import float32, float64, laser_scan
 
 if TYPE_CHECKING:
@@ -224,6 +226,13 @@ def test_who_comes_later_is_told_the_name_of_the_node(size: int, domain: int) ->
     assert [bytes(each.data) for each in entities.reader_gid_seq] == [gid(reader)]
     assert [bytes(each.data) for each in entities.writer_gid_seq] == [gid(writer)]
     node.close()
+
+
+def test_a_closed_node_leaves_its_domain(domain: int) -> None:
+    node = DdsNode(NodeSettings.of({}), DdsSettings(domain_id=domain))
+    assert not is_free(port(domain))
+    node.close()
+    assert is_free(port(domain))
 
 
 def test_bytes_that_do_not_fit_the_type_are_not_sent(node: Participant, caplog: pytest.LogCaptureFixture) -> None:
