@@ -13,7 +13,8 @@ import pytest
 
 from tests.support.bags import Scan
 from tests.support.bags import write as write_bag
-from ttc_fast.logs import LogError, ScanLog, open_log
+from tests.support.opened import open_scans
+from ttc_fast.logs import LogError, open_log
 from ttc_fast.logs import log as logs_log
 from ttc_fast.replay import sample
 
@@ -33,12 +34,6 @@ def good() -> Arrays:
         "range_min": 0.05,
         "range_max": 10.0,
     }
-
-
-def open_scans(path: Path) -> ScanLog:
-    log = open_log(path)
-    assert isinstance(log, ScanLog)
-    return log
 
 
 @pytest.fixture

@@ -12,20 +12,9 @@ import numpy as np
 import pytest
 
 from tests.support.bags import KINDS, POINTS, Cloud, Odom, Recorded, Scan, drive, scans_of, write
+from tests.support.opened import open_clouds, open_scans
 from ttc_fast import Gate, Minimum, ScanTTC, robust_min_x
-from ttc_fast.logs import CloudLog, LogError, ScanFrame, ScanLog, open_log
-
-
-def open_scans(path: Path, **options: Any) -> ScanLog:
-    log = open_log(path, **options)
-    assert isinstance(log, ScanLog)
-    return log
-
-
-def open_clouds(path: Path, **options: Any) -> CloudLog:
-    log = open_log(path, **options)
-    assert isinstance(log, CloudLog)
-    return log
+from ttc_fast.logs import CloudLog, LogError, ScanFrame, open_log
 
 
 def frames(folder: Path, items: Sequence[Recorded], **options: Any) -> list[ScanFrame]:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ttc_fast.logs import CloudLog, LogError, open_log
+from tests.support.opened import open_clouds
+from ttc_fast.logs import LogError, open_log
 from ttc_fast.replay import sample
 
 SAMPLE = sample("clouds")
@@ -18,12 +19,6 @@ FRAMES = {
     "0000000002.bin": np.empty((0, 4), "<f4"),
 }
 LINES = [f"2011-09-26 13:02:{second}" for second in ("25.900000001", "26.000000002", "26.25", "26.5")]
-
-
-def open_clouds(path: Path) -> CloudLog:
-    log = open_log(path)
-    assert isinstance(log, CloudLog)
-    return log
 
 
 def stamps(path: Path) -> list[float]:

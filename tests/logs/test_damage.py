@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,21 +10,11 @@ from mcap.writer import CompressionType, Writer
 from tests.support.bags import KINDS, Scan, drive, scans_of, serialised, write
 from tests.support.common import peak_of
 from tests.support.log_files import FILES
-from ttc_fast.logs import LogError, open_log
+from tests.support.opened import read
+from ttc_fast.logs import open_log
 
 SCANS, BEAMS = 400, 2048
 CHUNK = {"bag": 60e3, "mcap": 1.1e6}  # bytes of one, which a cut loses
-
-
-def read(path: Path, **options: Any) -> tuple[list[Any], str]:
-    """Read what there is, holding on to what came before an error."""
-    frames: list[Any] = []
-    try:
-        for frame in open_log(path, **options):
-            frames.append(frame)
-    except LogError as error:
-        return frames, str(error)
-    return frames, ""
 
 
 @pytest.fixture(scope="module")

@@ -8,23 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.opened import open_clouds, open_scans
 from ttc_fast import Gate, Minimum, ScanTTC, robust_min_x
-from ttc_fast.logs import CloudLog, DistanceLog, LogError, ScanLog, forward_left_up, open_log
+from ttc_fast.logs import DistanceLog, LogError, forward_left_up, open_log
 from ttc_fast.logs.motion import Pose, between
 
 NUSCENES = np.array([[1.0, 9.0, -1.0, 50.0, 3.0], [-1.0, 8.0, -1.0, 60.0, 4.0]], "<f4")  # x right, y forward
-
-
-def clouds(path: Path, **options: Any) -> CloudLog:
-    log = open_log(path, **options)
-    assert isinstance(log, CloudLog)
-    return log
-
-
-def scans(path: Path, **options: Any) -> ScanLog:
-    log = open_log(path, **options)
-    assert isinstance(log, ScanLog)
-    return log
 
 
 def distances(path: Path, **options: Any) -> DistanceLog:
@@ -39,7 +28,7 @@ def distances(path: Path, **options: Any) -> DistanceLog:
 def test_nuscenes_looks_along_y(tmp_path: Path) -> None:
     path = tmp_path / "sweep.pcd.bin"
     path.write_bytes(NUSCENES.tobytes())
-    log = clouds(path)
+    log = open_clouds(path)
     (frame,) = log
     np.testing.assert_array_equal(frame.points, NUSCENES)
     assert log.lidar.axes == ("y", "-x", "z")
@@ -52,21 +41,21 @@ def test_nuscenes_looks_along_y(tmp_path: Path) -> None:
 def test_stamps_of_nuscenes_are_in_the_names(tmp_path: Path) -> None:
     for stamp in (1532402927647951, 1532402927697951):
         (tmp_path / f"n015-2018-07-24__LIDAR_TOP__{stamp}.pcd.bin").write_bytes(NUSCENES.tobytes())
-    log = clouds(tmp_path)
+    log = open_clouds(tmp_path)
     assert [frame.stamp for frame in log] == pytest.approx([0.0, 0.05], abs=1e-6)
     assert log.clock == "stamps in the names"
-    assert [frame.stamp for frame in clouds(tmp_path, rate=2.0)] == [0.0, 0.5]
+    assert [frame.stamp for frame in open_clouds(tmp_path, rate=2.0)] == [0.0, 0.5]
 
 
 def test_a_frame_of_another_width_is_told(tmp_path: Path) -> None:
     path = tmp_path / "sweep.pcd.bin"
     path.write_bytes(NUSCENES.tobytes()[:-4])
     with pytest.raises(LogError, match=r"36 bytes, not whole rows of 20 bytes \(float32 x, y, z, intensity, ring\)"):
-        list(clouds(path))
+        list(open_clouds(path))
 
 
 def test_the_recorded_frame_of_nuscenes(data: Path) -> None:
-    log = clouds(data / "clouds" / "nuscenes_lidar_top.pcd.bin")
+    log = open_clouds(data / "clouds" / "nuscenes_lidar_top.pcd.bin")
     (frame,) = log
     assert frame.points.shape == (34688, 5)
     gate = Gate.above_road(1.84, 0.3, 2.0, x=(log.lidar.own_reach, math.inf), axes=log.lidar.axes)
@@ -88,7 +77,7 @@ def odom(stamp: float, x: float) -> str:
 def test_carmen_scans_go_from_right_to_left(name: str, tmp_path: Path) -> None:
     text = ("# comment\nPARAM x 1\n" + flaser(100.0) + flaser(101.0, x=0.5, yaw=0.1)).encode()
     (tmp_path / name).write_bytes(gzip.compress(text) if name.endswith(".gz") else text)
-    log = scans(tmp_path / name)
+    log = open_scans(tmp_path / name)
     assert (log.scanner.angle_min, log.scanner.angle_increment) == (-math.pi / 2, math.pi / 4)
     assert (log.scanner.range_min, log.scanner.range_max) == (0.0, 49.9)
     first, second = log
@@ -102,16 +91,16 @@ def test_carmen_scans_go_from_right_to_left(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("beams", "increment"), [(180, 1.0), (181, 1.0), (360, 0.5), (361, 0.5)])
 def test_the_angles_of_carmen(beams: int, increment: float, tmp_path: Path) -> None:
     (tmp_path / "robot.log").write_text(flaser(0.0, ranges=" ".join(["1"] * beams)))
-    assert scans(tmp_path / "robot.log").scanner.angle_increment == pytest.approx(math.radians(increment))
+    assert open_scans(tmp_path / "robot.log").scanner.angle_increment == pytest.approx(math.radians(increment))
 
 
 def test_odometry_of_carmen_goes_before_the_poses_of_its_scans(tmp_path: Path) -> None:
     text = odom(0.0, 0.0) + odom(0.25, 0.5) + flaser(0.375, x=9.0) + odom(0.5, 0.25) + flaser(0.625, x=99.0)
     (tmp_path / "robot.log").write_text(text)
-    first, second = scans(tmp_path / "robot.log")
+    first, second = open_scans(tmp_path / "robot.log")
     assert first[2:] == (2.0, 0.0, 0.125)
     assert second[2:] == (-1.0, 0.0, 0.125)
-    assert [frame.speed for frame in scans(tmp_path / "robot.log", speed=3.0)] == [3.0, 3.0]
+    assert [frame.speed for frame in open_scans(tmp_path / "robot.log", speed=3.0)] == [3.0, 3.0]
 
 
 @pytest.mark.parametrize(
@@ -126,7 +115,7 @@ def test_odometry_of_carmen_goes_before_the_poses_of_its_scans(tmp_path: Path) -
 )
 def test_a_damaged_line_is_told_and_left_out(line: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "robot.log").write_text(flaser(0.0) + line + flaser(2.0))
-    frames = iter(scans(tmp_path / "robot.log"))
+    frames = iter(open_scans(tmp_path / "robot.log"))
     assert [next(frames).stamp, next(frames).stamp] == [0.0, 2.0]
     with pytest.raises(LogError, match=rf"robot\.log: {said}"):
         next(frames)
@@ -140,7 +129,7 @@ def test_a_text_without_scans(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("name", "count", "beams"), [("freiburg-101", 292, 360), ("acapulco", 861, 181)])
 def test_the_recorded_carmen_logs(name: str, count: int, beams: int, data: Path) -> None:
-    log = scans(data / "laserscan" / f"{name}-corrected.log.gz")
+    log = open_scans(data / "laserscan" / f"{name}-corrected.log.gz")
     read = list(log)
     assert (len(read), log.scanner.beams) == (count, beams)
     assert (np.diff([frame.stamp for frame in read]) > 0).all()

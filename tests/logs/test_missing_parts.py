@@ -10,19 +10,9 @@ import numpy as np
 import pytest
 
 from tests.support.bags import drive, scans_of, write
+from tests.support.opened import read
 from ttc_fast.cli import main
 from ttc_fast.logs import LogError, open_log
-
-
-def read(path: Path, **options: Any) -> tuple[list[Any], str]:
-    """Read what there is, holding on to what came before an error."""
-    frames: list[Any] = []
-    try:
-        for frame in open_log(path, **options):
-            frames.append(frame)
-    except LogError as error:
-        return frames, str(error)
-    return frames, ""
 
 
 def split(folder: Path, items: list[Any], parts: int, kind: str = "db3") -> Path:

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.opened import open_clouds
 from ttc_fast import Gate, Minimum, robust_min_x
-from ttc_fast.logs import CloudLog, LogError, forward_left_up, open_log
+from ttc_fast.logs import LogError, forward_left_up, open_log
 from ttc_fast.logs.pcd import unpack_lzf
 
 FIELDS = ("x", "y", "z", "intensity", "label")
@@ -22,12 +23,6 @@ SIZES, TYPES = (4, 4, 4, 1, 8), ("F", "F", "F", "U", "U")
 POINTS = np.array([(9.0, 1.0, -1.0, 7, 2**60 + 1), (8.0, 0.5, -1.0, 9, 3)], "<f4, <f4, <f4, u1, <u8")
 POINTS.dtype.names = FIELDS
 KINDS = ("ascii", "binary", "binary_compressed")
-
-
-def clouds(path: Path, **options: Any) -> CloudLog:
-    log = open_log(path, **options)
-    assert isinstance(log, CloudLog)
-    return log
 
 
 def lines(kind: str, points: np.ndarray[Any, Any], sizes: Any, types: Any) -> dict[str, Any]:
@@ -72,7 +67,7 @@ def pcd(kind: str, points: np.ndarray[Any, Any] = POINTS, sizes: Any = SIZES, ty
 def read(tmp_path: Path) -> Callable[[bytes], np.ndarray[Any, Any]]:
     def read(content: bytes) -> np.ndarray[Any, Any]:
         (tmp_path / "cloud.pcd").write_bytes(content)
-        (frame,) = clouds(tmp_path / "cloud.pcd")
+        (frame,) = open_clouds(tmp_path / "cloud.pcd")
         return frame.points
 
     return read
@@ -87,7 +82,7 @@ def test_every_kind_of_pcd(kind: str, name: str, tmp_path: Path) -> None:
     points = np.concatenate([POINTS] * 20)  # too few would not compress
     content = pcd(kind, points)
     (tmp_path / name).write_bytes(gzip.compress(content) if name.endswith(".gz") else content)
-    (frame,) = clouds(tmp_path / name)
+    (frame,) = open_clouds(tmp_path / name)
     assert frame.points.dtype.itemsize == 21  # unaligned
     for field in FIELDS:
         np.testing.assert_array_equal(frame.points[field], points[field])
@@ -250,7 +245,7 @@ def test_bytes_behind_the_last_point_are_no_points(read: Read) -> None:
 def test_a_wrong_pcd_is_refused_by_name(content: bytes, said: str, tmp_path: Path) -> None:
     (tmp_path / "cloud.pcd").write_bytes(content)
     with pytest.raises(LogError, match=said) as error:
-        list(clouds(tmp_path / "cloud.pcd"))
+        list(open_clouds(tmp_path / "cloud.pcd"))
     assert "cloud.pcd" in str(error.value)
 
 
@@ -263,7 +258,7 @@ def test_damage_anywhere_is_read_or_refused(kind: str, tmp_path: Path) -> None:
         damaged[rng.integers(0, len(content), 3)] = rng.integers(0, 256, 3)
         (tmp_path / "cloud.pcd").write_bytes(damaged[: rng.integers(1, 2 * len(content))].tobytes())
         try:
-            (frame,) = clouds(tmp_path / "cloud.pcd")
+            (frame,) = open_clouds(tmp_path / "cloud.pcd")
         except LogError:
             continue
         robust_min_x(frame.points, estimator=Minimum())
@@ -294,7 +289,7 @@ def test_lzf_that_is_damaged(packed: bytes) -> None:
 def test_a_folder_of_pcd_named_by_their_stamps(tmp_path: Path) -> None:
     for stamp in ("1305031102.175304", "1305031102.275326"):
         (tmp_path / f"{stamp}.pcd").write_bytes(pcd("binary"))
-    assert [frame.stamp for frame in clouds(tmp_path)] == pytest.approx([0.0, 0.100022], abs=1e-6)
+    assert [frame.stamp for frame in open_clouds(tmp_path)] == pytest.approx([0.0, 0.100022], abs=1e-6)
 
 
 def test_a_folder_of_several_formats_is_ambiguous(tmp_path: Path) -> None:
@@ -323,7 +318,7 @@ def test_pcd_needs_no_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 )
 def test_the_recorded_pcd(name: str, count: int, data: Path) -> None:
     path = data / "clouds" / f"{name}.pcd"
-    (frame,) = clouds(path, sensor_height=1.5)
+    (frame,) = open_clouds(path, sensor_height=1.5)
     assert frame.points.shape == (count,)
     rows = forward_left_up(frame.points)
     everywhere = Gate(x=(-math.inf, math.inf), y=(-math.inf, math.inf))
