@@ -43,7 +43,7 @@ class NearestPoint:
     index: int
     """The point that decided: the one of ``ttc``, else the first in contact, else -1."""
     x: float
-    """Its x, m. It is NaN without a point, as is all that follows."""
+    """Its x, m. Without a point it is NaN, as are ``y``, ``clearance`` and ``closing_speed``."""
     y: float
     """Its y, m."""
     clearance: float

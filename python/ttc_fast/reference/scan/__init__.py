@@ -50,7 +50,8 @@ class Nearest:
     beam: int
     """The beam that decided: the one of ``ttc``, else the first in contact, else -1."""
     angle: float
-    """The direction of that beam in the sensor frame, rad. It is NaN without a beam, as is all that follows."""
+    """The direction of that beam in the sensor frame, rad. Without a beam it is NaN, as are ``range``,
+    ``clearance`` and ``closing_speed``."""
     range: float
     """The reading of that beam, m."""
     clearance: float

@@ -50,7 +50,7 @@ pub struct NearestPoint {
     pub status: Status,
     /// The point that decided: the one of `ttc`, else the first in contact, else none.
     pub index: Option<usize>,
-    /// Its x, m. It is NaN without a point, as is all that follows.
+    /// Its x, m. Without a point it is NaN, as are `y`, `clearance` and `closing_speed`.
     pub x: f64,
     /// Its y, m.
     pub y: f64,

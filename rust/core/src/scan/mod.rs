@@ -43,7 +43,8 @@ pub struct Nearest {
     pub status: Status,
     /// The beam that decided: the one of `ttc`, else the first in contact, else none.
     pub beam: Option<usize>,
-    /// The direction of that beam in the sensor frame, rad. It is NaN without a beam, as is all that follows.
+    /// The direction of that beam in the sensor frame, rad. Without a beam it is NaN, as are
+    /// `range`, `clearance` and `closing_speed`.
     pub angle: f64,
     /// The reading of that beam, m.
     pub range: f64,

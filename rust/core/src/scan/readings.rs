@@ -10,11 +10,17 @@ use crate::simd::{Instructions, Kernel};
 /// The rules by which readings count, with bounds rounded to the type of the ranges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rules<T> {
+    /// The end of the sensor's range that is near.
     pub range_min: T,
+    /// The end of the sensor's range that is far.
     range_max: T,
+    /// The user's far limit; infinite without limits.
     far_limit: T,
+    /// The interval that readings are moved into; from 0 to infinity where limits do not clamp.
     pub clamp: (T, T),
+    /// The range that -inf counts as; NaN where it is ignored.
     too_close: T,
+    /// The largest range to compute with before clamping.
     usable_max: T,
 }
 
