@@ -60,6 +60,8 @@ lint: $(VENV)/.has-lint ## check format, lints, types and stubs
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/stubtest ttc_fast._core
+	$(call say,words)
+	$(BIN)/python tools/retired_words.py
 
 ros1: $(VENV)/.created ## install rospy from Debian or Ubuntu, so that the tests of the ROS node run
 	$(call say,rospy for $(VENV))

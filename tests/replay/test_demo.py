@@ -136,14 +136,14 @@ def test_the_picture_of_a_cloud_shows_the_plain_nearest_point_as_well() -> None:
         assert part in said
 
 
-def test_lone_readings_are_marked_and_not_joined() -> None:
+def test_isolated_readings_are_marked_and_not_joined() -> None:
     figure = draw(played(SCANS))
     distance = figure.axes[1]
     (line,) = (line for line in distance.lines if line.get_label() == "distance")
-    (lone,) = (line for line in distance.lines if line.get_label() == "lone reading")
+    (isolated,) = (line for line in distance.lines if line.get_label() == "isolated reading")
     shown = np.asarray(line.get_ydata(), float)
     assert np.isnan(shown[[8, 14, 42, 71]]).all()
-    assert len(np.asarray(lone.get_xdata())) == 4
+    assert len(np.asarray(isolated.get_xdata())) == 4
 
 
 def odd(name: str, folder: Path) -> Path:

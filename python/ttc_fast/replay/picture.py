@@ -124,7 +124,7 @@ def _draw_distance(axes: Axes, replay: Replay, isolated: NDArray[np.bool_]) -> N
         axes.plot(stamps, nearest, ".-", color=QUIET, lw=1, ms=4, label="plain nearest point")
     axes.plot(stamps, np.where(isolated, np.nan, distance), ".-", color=LINE, lw=1.4, ms=3, label="distance")
     if isolated.any():
-        axes.plot(stamps[isolated], distance[isolated], "x", color=CAUTION, ms=5, mew=1.6, label="lone reading")
+        axes.plot(stamps[isolated], distance[isolated], "x", color=CAUTION, ms=5, mew=1.6, label="isolated reading")
     axes.set(ylabel="distance, m")
     axes.set_ylim(bottom=0.0)
 

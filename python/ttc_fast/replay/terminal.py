@@ -165,7 +165,7 @@ def _found(summary: Summary) -> Iterator[tuple[str, str]]:
     yield "least TTC", f"{_when(least)}, {where}" if least else none
     if isolated is not None:
         yield (
-            "lone",
+            "isolated",
             f"{frames(summary.isolated)} that both neighbours contradict, such as {_when(isolated)}; left out here",
         )
     below = f"at most {summary.threshold:g} s for {summary.exposed:.2f} s (TET) of {summary.judged:.2f} s judged"
