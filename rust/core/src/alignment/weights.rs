@@ -190,19 +190,19 @@ pub(super) fn irls_weights(observed: &CellObservations, range_noise: f64) -> Wei
 fn first_positions(observed: &CellObservations) -> Vec<f64> {
     let edge = observed.cells() - 1;
     let mut sums = vec![(0.0, 0.0); observed.cells()];
-    let mut moves = Vec::new();
+    let mut differences = Vec::new();
     let mut positions = Vec::with_capacity(observed.frames());
     for range in observed.by_frame() {
-        let moved = |i: usize| {
+        let difference = |i: usize| {
             let (count, sum) = sums[observed.cell[i]];
             (count > 0.0).then(|| observed.x[i] - sum / count)
         };
-        moves.clear();
-        moves.extend(range.clone().filter(|i| observed.cell[*i] != edge).filter_map(moved));
-        if moves.len() < ENOUGH {
-            moves.extend(range.clone().filter(|i| observed.cell[*i] == edge).filter_map(moved));
+        differences.clear();
+        differences.extend(range.clone().filter(|i| observed.cell[*i] != edge).filter_map(difference));
+        if differences.len() < ENOUGH {
+            differences.extend(range.clone().filter(|i| observed.cell[*i] == edge).filter_map(difference));
         }
-        let position = if moves.is_empty() { 0.0 } else { median(&mut moves) };
+        let position = if differences.is_empty() { 0.0 } else { median(&mut differences) };
         for i in range {
             let (count, sum) = &mut sums[observed.cell[i]];
             *count += observed.count[i];
