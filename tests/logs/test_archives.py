@@ -15,7 +15,7 @@ from tests.support.bags import Scan
 from tests.support.bags import write as write_bag
 from tests.support.opened import open_scans
 from ttc_fast.logs import LogError, open_log
-from ttc_fast.logs import log as logs_log
+from ttc_fast.logs import files as logs_files
 from ttc_fast.replay import sample
 
 SAMPLE = sample("scans")
@@ -273,7 +273,7 @@ def test_settings_of_an_archive_are_finite(name: str, number: float, write: Call
 
 
 def test_an_archive_that_unpacks_to_no_recording_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(logs_log, "SURELY_UNPACKED", 1 << 20)
+    monkeypatch.setattr(logs_files, "SURELY_UNPACKED", 1 << 20)
     arrays = good() | {"ranges": np.zeros((3, 100_000), np.float32)}
     np.savez(tmp_path / "plain.npz", **arrays)
     assert open_scans(tmp_path / "plain.npz").frame_count == 3
@@ -286,7 +286,7 @@ def test_an_archive_that_unpacks_to_no_recording_is_refused(tmp_path: Path, monk
 def test_a_frame_that_unpacks_to_no_cloud_is_refused(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(logs_log, "SURELY_UNPACKED", 1 << 20)
+    monkeypatch.setattr(logs_files, "SURELY_UNPACKED", 1 << 20)
     (tmp_path / name).write_bytes(gzip.compress(bytes(1 << 21)))
     with pytest.raises(LogError, match=r"gz: is damaged: it unpacks to more than 0\.001 GB, which is no cloud"):
         list(open_log(tmp_path / name))
@@ -298,7 +298,7 @@ def test_messages_that_unpack_to_no_message_are_left_out(
 ) -> None:
     items = [Scan(i / 10, i / 10, np.full(100_000 if i == 5 else 10_000, 2.0, np.float32)) for i in range(10)]
     path = write_bag(tmp_path, kind, items, chunk=1000)
-    monkeypatch.setattr(logs_log, "SURELY_UNPACKED", 1 << 16)
-    monkeypatch.setattr(logs_log, "MOST_RATIO", 1)
+    monkeypatch.setattr(logs_files, "SURELY_UNPACKED", 1 << 16)
+    monkeypatch.setattr(logs_files, "MOST_RATIO", 1)
     with pytest.raises(LogError, match=r"unpacks? to (more than )?[\d.]+"):
         list(open_log(path))

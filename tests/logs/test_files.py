@@ -107,7 +107,7 @@ def test_odometry_of_carmen_goes_before_the_poses_of_its_scans(tmp_path: Path) -
     ("line", "said"),
     [
         ("FLASER 5 1 2 3\n", "line 2 is damaged: FLASER with 5 beams must have 16 words, got 5"),
-        (flaser(1.0).replace("81.91", "far"), "line 2 is damaged: could not convert string"),
+        (flaser(1.0).replace("81.91", "far"), "line 2 is damaged: FLASER with a word that is no number"),
         (flaser(1.0, ranges="1 2 3"), r"the scan at 1\.000 s has 3 beams, not 5"),
         (flaser(math.nan), "line 2 is damaged: FLASER with the stamp nan"),
         ("ODOM 1 2\n", "line 2 is damaged"),
@@ -123,8 +123,129 @@ def test_a_damaged_line_is_told_and_left_out(line: str, said: str, tmp_path: Pat
 
 def test_a_text_without_scans(tmp_path: Path) -> None:
     (tmp_path / "build.log").write_text("all went well\n")
-    with pytest.raises(LogError, match=r"build\.log: has no FLASER lines: it is no CARMEN log, or one without scans"):
+    with pytest.raises(
+        LogError, match=r"build\.log: has no ROBOTLASER1 or FLASER .*lines: it is no CARMEN log, or one wi"
+    ):
         open_log(tmp_path / "build.log")
+
+
+# CARMEN since 2006
+
+
+def robot_laser(
+    word: str,
+    i: int,
+    *,
+    remissions: str = " 0",
+    angles: str = "-1.5 3.0 0.75 30.0",
+    beams: int = 5,
+    place: float = 0.25,
+) -> str:
+    """A scan of a robot that drives at 2 m/s along y; the laser sits ahead of its middle, turned by a right angle."""
+    y, ranges = 0.5 * i, " ".join(str(float(k)) for k in range(1, beams + 1))
+    poses = f" 3 {y + place} 3.1415927 3 {y} 1.5707963 2.0 0 0.2 0.2 0" if word.startswith("ROBOT") else ""
+    return f"{word} 0 {angles} 0.01 0 {beams} {ranges}{remissions}{poses} {100 + i / 4} host {i / 4}\n"
+
+
+@pytest.mark.parametrize("remissions", [" 0", " 2 7.5 8.5", ""])
+@pytest.mark.parametrize("word", ["ROBOTLASER1", "RAWLASER1"])
+def test_carmen_lines_that_say_their_angles(word: str, remissions: str, tmp_path: Path) -> None:
+    text = "# CARMEN Logfile\n" + "".join(robot_laser(word, i, remissions=remissions) for i in range(8))
+    (tmp_path / "robot.log").write_text(text)
+    log = scans(tmp_path / "robot.log")
+    assert (log.scanner.angle_min, log.scanner.angle_increment, log.scanner.beams) == (-1.5, 0.75, 5)
+    assert [log.scanner.range_min, log.scanner.range_max] == pytest.approx([0.0, 30.0])
+    assert log.scanner.range_max < 30.0  # at which nothing came back
+    assert log.assumed == ""
+    read = list(log)
+    assert [frame.stamp for frame in read] == [i / 4 for i in range(8)]
+    np.testing.assert_array_equal(read[7].ranges, np.arange(1, 6, dtype=np.float32))
+    robot = word == "ROBOTLASER1"
+    assert log.scanner.mount == (pytest.approx((0.25, 0.0, math.pi / 2), abs=1e-6) if robot else (0.0, 0.0, 0.0))
+    assert [frame.speed for frame in read[1:]] == ([pytest.approx(2.0)] * 7 if robot else [None] * 7)
+
+
+def test_odometry_goes_with_lasers_that_say_no_pose(tmp_path: Path) -> None:
+    lines = [odom(100 + i / 4, i / 4) + robot_laser("RAWLASER1", i) for i in range(8)]
+    (tmp_path / "robot.clf").write_text("".join(lines))
+    assert [frame.speed for frame in scans(tmp_path / "robot.clf")][1:] == [1.0] * 7
+
+
+def test_a_log_that_has_each_scan_twice_gives_it_once(tmp_path: Path) -> None:
+    lines = [robot_laser("RAWLASER1", i) + robot_laser("ROBOTLASER1", i) for i in range(8)]
+    (tmp_path / "robot.log").write_text("".join(lines))
+    log = scans(tmp_path / "robot.log")
+    assert (len(list(log)), log.assumed) == (8, "")
+    assert log.scanner.mount[0] == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize(("front", "rear"), [("ROBOTLASER1", "ROBOTLASER2"), ("FLASER", "RLASER")])
+def test_one_of_two_lasers_is_read(front: str, rear: str, tmp_path: Path) -> None:
+    def line(word: str, i: int) -> str:
+        if word.startswith("ROBOT"):
+            return robot_laser(word, i, place=0.25 if word == front else -0.5)
+        return flaser(i / 4, ranges="1 2 3 4 5" if word == front else "5 6 7").replace("FLASER", word)
+
+    (tmp_path / "robot.log").write_text("".join(line(rear, i) + line(front, i) for i in range(8)))
+    log = scans(tmp_path / "robot.log")
+    assert (len(list(log)), log.scanner.beams) == (8, 5)
+    assert f"the front laser, {front}; the log has {rear} too, choose with the option topic" in log.assumed
+    chosen = scans(tmp_path / "robot.log", topic=rear)
+    assert len(list(chosen)) == 8
+    x, _, yaw = chosen.scanner.mount
+    assert [x, yaw] == pytest.approx([-0.5, math.pi / 2] if front == "ROBOTLASER1" else [0.0, math.pi])
+    with pytest.raises(LogError, match=rf"has no laser LASER9; it has {front}, {rear}: choose with the option topic"):
+        open_log(tmp_path / "robot.log", topic="LASER9")
+
+
+def test_old_lines_do_not_say_their_angles_and_the_log_does(tmp_path: Path) -> None:
+    (tmp_path / "robot.log").write_text(flaser(0.0) + flaser(1.0))
+    assert scans(tmp_path / "robot.log").assumed == "beams over half a turn, up to 49.9 m"
+
+
+def test_error_codes_of_sick_are_no_readings(tmp_path: Path) -> None:
+    (tmp_path / "robot.log").write_text(robot_laser("ROBOTLASER1", 0, angles="-1.5 3.0 0.75 81.92"))
+    assert scans(tmp_path / "robot.log").scanner.range_max < 81.83
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("ROBOTLASER1 0 -1.5 3\n", "line 2 is damaged: ROBOTLASER1 with 4 words"),
+        (robot_laser("ROBOTLASER1", 1)[:40] + "\n", "line 2 is damaged: ROBOTLASER1 with"),
+        (robot_laser("ROBOTLASER1", 1, remissions=" 3 1"), "line 2 is damaged: ROBOTLASER1 with 5 beams must have"),
+        (
+            robot_laser("ROBOTLASER1", 1, angles="nan 3.0 0.75 30"),
+            "line 2 is damaged: ROBOTLASER1 with angles or poses",
+        ),
+        (robot_laser("ROBOTLASER1", 1, angles="-1.5 3.0 far 30"), "line 2 is damaged: ROBOTLASER1 with a word that is"),
+        (robot_laser("ROBOTLASER1", 1, beams=9), r"the scan at 0\.250 s has 9 beams, not 5"),
+        (
+            robot_laser("ROBOTLASER1", 1, angles="-1.4 3.0 0.75 30"),
+            r"the scan at 0\.250 s has other angles than the fi",
+        ),
+    ],
+)
+def test_a_damaged_line_of_a_robot_is_reported_and_left_out(line: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "robot.log").write_text(robot_laser("ROBOTLASER1", 0) + line + robot_laser("ROBOTLASER1", 2))
+    frames = iter(scans(tmp_path / "robot.log"))
+    assert [next(frames).stamp, next(frames).stamp] == [0.0, 0.5]
+    with pytest.raises(LogError, match=rf"robot\.log: {said}"):
+        next(frames)
+
+
+def test_a_carmen_log_without_scans_says_which_lines_it_has(tmp_path: Path) -> None:
+    (tmp_path / "robot.log").write_text("PARAM robot_width 0.5\nSYNC a\n" + odom(0.0, 0.0))
+    said = r"has no ROBOTLASER1 or FLASER or RAWLASER1 lines: .*; its lines begin with PARAM, SYNC, ODOM"
+    with pytest.raises(LogError, match=said):
+        open_log(tmp_path / "robot.log")
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-8-sig", "cp1252"])
+def test_a_carmen_log_in_any_encoding(encoding: str, tmp_path: Path) -> None:
+    text = "PARAM who J\u00fcrgen\n" + robot_laser("ROBOTLASER1", 0) + robot_laser("ROBOTLASER1", 1)
+    (tmp_path / "robot.log").write_bytes(text.encode(encoding))
+    assert len(list(scans(tmp_path / "robot.log"))) == 2
 
 
 @pytest.mark.parametrize(("name", "count", "beams"), [("freiburg-101", 292, 360), ("acapulco", 861, 181)])
@@ -184,6 +305,55 @@ def test_a_damaged_line_of_a_table_is_told_and_left_out(line: str, tmp_path: Pat
     assert [next(frames).stamp, next(frames).stamp] == [0.0, 2.0]
     with pytest.raises(LogError, match=r"gap\.csv: line 3: .*The 2 frames that could be read were given"):
         next(frames)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-8", "utf-8-sig", "cp1252"])
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_a_table_in_any_encoding(encoding: str, newline: str, tmp_path: Path) -> None:
+    text = newline.join(["stamp,L\u00fccke", "0.0,10", "0.1,9.5"])
+    (tmp_path / "gap.csv").write_bytes(text.encode(encoding))
+    assert list(distances(tmp_path / "gap.csv", column="L\u00fccke")) == [(0.0, 10.0, None), (0.1, 9.5, None)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "stamp;distance\n0,0;10,5\n0,1;9,5\n",
+        "stamp\tdistance\n0.0\t10.5\n0.1\t9.5\n",
+        "stamp\tdistance\n0,0\t10,5\n0,1\t9,5\n",
+        "sep=;\nstamp;distance\n0,0;10,5\n0,1;9,5\n",
+        'stamp,"distance"\n"0.0","10.5"\n"0.1","9.5"\n,,\n',
+        "stamp, distance\r\n\r\n0.0, 10.5\r\n0.1, 9.5",
+    ],
+)
+@pytest.mark.parametrize("name", ["gap.csv", "gap.tsv"])
+def test_tables_as_spreadsheets_write_them(text: str, name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    assert list(distances(tmp_path / name)) == [(0.0, 10.5, None), (0.1, 9.5, None)]
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("1533151603000000000", "1533151603100000000"),
+        ("1533151603000", "1533151603100"),
+        ("1533151603.0", "1533151603.1"),
+        ("2018-08-01 19:26:43.0", "2018-08-01 19:26:43.1"),
+        ("2018-08-01T19:26:43", "2018-08-01T19:26:43.100"),
+    ],
+)
+def test_stamps_of_a_table_are_seconds_whatever_they_are_written_as(first: str, second: str, tmp_path: Path) -> None:
+    (tmp_path / "gap.csv").write_text(f"stamp,distance\n{first},5\n{second},4\n")
+    before, after = distances(tmp_path / "gap.csv")
+    assert after.stamp - before.stamp == pytest.approx(0.1, abs=1e-6)
+
+
+def test_what_is_no_table_is_reported(tmp_path: Path) -> None:
+    (tmp_path / "gap.csv").write_bytes(b'stamp,distance\n0,5\n1,"' + bytes(1 << 18))
+    frames = iter(distances(tmp_path / "gap.csv"))
+    assert next(frames).distance == 5.0
+    with pytest.raises(LogError, match=r"gap\.csv: (line|damaged after line) "):
+        list(frames)
 
 
 def test_the_recorded_distances(data: Path) -> None:

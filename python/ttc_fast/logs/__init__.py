@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast.logs.carmen import CarmenLog
 from ttc_fast.logs.cloud_files import CloudFiles
+from ttc_fast.logs.files import files_in, unpacked_name
 from ttc_fast.logs.log import (
     CloudFrame,
     CloudLog,
@@ -18,9 +19,7 @@ from ttc_fast.logs.log import (
     ScanFrame,
     ScanLog,
     Scanner,
-    files_in,
     forward_left_up,
-    unpacked_name,
 )
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.npz import open_archive
@@ -56,7 +55,7 @@ __all__ = [
 FORMATS = (
     "a NumPy archive (.npz) of scans or clouds, a ROS 1 bag (.bag), a ROS 2 bag (.db3, .mcap, or their folder), a "
     "CARMEN log (.log, .log.gz), a cloud or a folder of clouds of KITTI (.bin, .bin.gz), nuScenes (.pcd.bin) or PCL "
-    "(.pcd), or a table of distances (.csv)"
+    "(.pcd), or a table of distances (.csv, .tsv)"
 )
 """What can be read, for people."""
 
@@ -149,6 +148,6 @@ FILES: dict[tuple[str, ...], Callable[[Path, LogOptions], AnyLog]] = {
     (".db3",): lambda path, options: open_bag(Database(path), options),
     (".mcap",): lambda path, options: open_bag(McapFile(path), options),
     (".log", ".log.gz", ".clf", ".clf.gz"): CarmenLog,
-    (".csv",): DistanceTable,
+    (".csv", ".tsv"): DistanceTable,
 }
 SUFFIXES = tuple(suffix for suffixes in FILES for suffix in suffixes)

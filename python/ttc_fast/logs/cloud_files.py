@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import gzip
-import io
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.log import CloudFrame, LogError, ReadErrors, files_in, most_unpacked, unpacked_name
+from ttc_fast.logs.files import files_in, unpacked_name
+from ttc_fast.logs.log import CloudFrame, LogError, ReadErrors
 from ttc_fast.logs.options import LIDAR
 from ttc_fast.logs.stamps import LISTS, Series, read_stamps, series_of
 
@@ -23,7 +21,6 @@ if TYPE_CHECKING:
     from ttc_fast.logs.log import Lidar
     from ttc_fast.logs.options import LogOptions
 
-DAMAGED = (EOFError, zlib.error, gzip.BadGzipFile)
 UNNAMED = "names of stamps alone"
 OPTIONS = ("topic", *LIDAR, "rate", "speed")
 
@@ -160,21 +157,3 @@ class CloudFiles:
             how = "choose one with the option topic, or give each a folder of its own"
             self._errors.add(f"{several}, and only {chosen.name or UNNAMED} was read; {how}")
         return chosen
-
-
-def read_content(frame: Path) -> bytes:
-    """Read a file, and unpack it if its name ends in .gz."""
-    try:
-        content = frame.read_bytes()
-        if frame.suffix.lower() != ".gz":
-            return content
-        most = most_unpacked(len(content))
-        with gzip.open(io.BytesIO(content)) as file:
-            content = file.read(most + 1)
-    except DAMAGED as error:
-        raise LogError(frame, f"is not gzip, or is damaged: {error}") from error
-    except OSError as error:
-        raise LogError(frame, f"cannot be read: {error.strerror or error}") from error
-    if len(content) > most:
-        raise LogError(frame, f"is damaged: it unpacks to more than {most / 1e9:.2g} GB, which is no cloud")
-    return content

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
     from types import ModuleType
 
     from numpy.typing import NDArray
@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 FrameT_co = TypeVar("FrameT_co", covariant=True)
 Axes = tuple[str, str, str]
 REP_103: Axes = ("x", "y", "z")
-SURELY_UNPACKED, MOST_RATIO = 1 << 28, 100  # bytes, and unpacked over packed
-PACKED = (".zstd", ".zst", ".gz", ".bz2", ".xz", ".lz4", ".zip", ".7z")
-"""The endings of compressed files."""
+REPAIR = "copy it again, or leave it out"
+"""What to do about a damaged file."""
 
 
 # Errors
@@ -68,24 +67,6 @@ class ReadErrors:
             return
         more = f"; and {self._count - len(self._first)} more" if self._count > len(self._first) else ""
         raise LogError(self.path, f"{'; '.join(self._first)}{more}. The {frames} frames that could be read were given")
-
-
-def files_in(folder: Path) -> list[Path]:
-    """Return the files of a folder, in the order of their names.
-
-    Hidden files are left out, such as the ``._name`` that macOS puts beside a file on a disk of another system.
-    """
-    return sorted(file for file in folder.iterdir() if not file.name.startswith(".") and file.is_file())
-
-
-def unpacked_name(name: str) -> str:
-    """Return the name that a compressed file has when it is unpacked; of any other file its own."""
-    return name[: -len(Path(name).suffix)] if name.lower().endswith(PACKED) else name
-
-
-def most_unpacked(packed: int) -> int:
-    """Return how many bytes this many may be unpacked to; what comes to more would fill the memory, and is no data."""
-    return max(SURELY_UNPACKED, MOST_RATIO * packed)
 
 
 def need(package: str, path: Path) -> ModuleType:

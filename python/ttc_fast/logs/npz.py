@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ScanFrame, Scanner, most_unpacked
+from ttc_fast.logs.files import most_unpacked
+from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ScanFrame, Scanner
 from ttc_fast.logs.options import LIDAR, SCANNER
 
 if TYPE_CHECKING:

@@ -27,8 +27,8 @@ class LogOptions:
     Attributes
     ----------
     topic : str or None
-        The topic of the scans or clouds where a bag has several, or what the names of one sensor's frames have in
-        common where a folder of clouds has several.
+        The topic of the scans or clouds where a bag has several; what the names of one sensor's frames have in common
+        where a folder of clouds has several; the first word of a laser's lines in a CARMEN log.
     odometry_topic : str or None
         The topic of the odometry, where a bag has several.
     speed : float or None
@@ -65,8 +65,8 @@ class LogOptions:
     topic: str | None = setting(
         None,
         Text(),
-        "The topic of the scans or clouds where a bag has several, or what the names of one sensor's frames have in "
-        "common where a folder has several.",
+        "The topic of the scans or clouds where a bag has several; the names of one sensor's frames in a folder of "
+        "several; the laser of a CARMEN log.",
     )
     odometry_topic: str | None = setting(None, Text(), "The topic of the odometry, where a bag has several.")
     speed: float | None = setting(

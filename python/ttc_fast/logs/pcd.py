@@ -21,8 +21,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ttc_fast.logs.cloud_files import CloudFormat, read_content
-from ttc_fast.logs.log import Lidar, LogError
+from ttc_fast.logs.cloud_files import CloudFormat
+from ttc_fast.logs.files import read_content
+from ttc_fast.logs.log import REPAIR, Lidar, LogError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,7 +41,6 @@ KINDS = {f"{kind}{size}": f"<{kind.lower()}{size}" for kind in "IU" for size in 
 KNOWN_NAMES = ("x", "y", "z", "intensity")
 INTENSITIES = ("u1", "u2", "f4", "f8")
 WRONG_NAN = re.compile(rb"[-+]?(1\.#[A-Z]+|nan\([a-z]*\))", re.IGNORECASE)  # as some programs on Windows write it
-REPAIR = "copy it again, or leave it out"
 
 
 class Field(NamedTuple):

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ttc_fast.logs.cloud_files import CloudFormat, read_content
+from ttc_fast.logs.cloud_files import CloudFormat
+from ttc_fast.logs.files import read_content
 from ttc_fast.logs.log import Lidar, LogError
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ import struct
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 from ttc_fast.logs.container import Topic, opened, plain_type
-from ttc_fast.logs.log import ReadErrors, most_unpacked, need
+from ttc_fast.logs.files import most_unpacked
+from ttc_fast.logs.log import ReadErrors, need
 from ttc_fast.ros_messages import ROS1
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 from ttc_fast.logs.container import Topic, plain_type
-from ttc_fast.logs.log import LogError, files_in, most_unpacked, need, unpacked_name
+from ttc_fast.logs.files import files_in, most_unpacked, unpacked_name
+from ttc_fast.logs.log import LogError, need
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.stamps import natural
 from ttc_fast.ros_messages import CDR

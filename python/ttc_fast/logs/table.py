@@ -1,12 +1,21 @@
-"""Tables of distances (.csv): a column of stamps and a column of distances."""
+"""Tables of distances (.csv, .tsv): a column of stamps and a column of distances, with a line of names above.
+
+Spreadsheets write tables in their own ways. The text is UTF-8, UTF-16 or Windows-1252; the columns are parted by
+commas, semicolons or tabs, as the line of names has them; and where it is not the comma that parts them, a decimal
+comma is read as a point. A stamp is a number of seconds, a date and a time of day, or a time since 1970 in ms, us or
+ns, which has 13, 16 or 19 digits.
+"""
 
 from __future__ import annotations
 
 import csv
+import itertools
 import math
 from typing import TYPE_CHECKING
 
+from ttc_fast.logs.files import open_text
 from ttc_fast.logs.log import DistanceFrame, LogError, ReadErrors
+from ttc_fast.logs.stamps import stamp_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -15,11 +24,12 @@ if TYPE_CHECKING:
     from ttc_fast.logs.options import LogOptions
 
 OPTIONS = ("column", "stamp_column", "rate", "speed")
-DAMAGED = (csv.Error, UnicodeDecodeError)
+DELIMITERS = "\t;,"
+LONGEST_LINE = 1 << 20  # characters
 
 
 class DistanceTable:
-    """A table of distances, one a line, with a line of names above.
+    """A table of distances, one a line.
 
     The columns ``stamp`` (s) and ``distance`` (m), or those that the user names. An empty distance is NaN: nothing was
     measured then.
@@ -27,7 +37,7 @@ class DistanceTable:
     Parameters
     ----------
     path : Path
-        Of the file.
+        The file.
     options : LogOptions
         What the user says of it.
 
@@ -62,9 +72,13 @@ class DistanceTable:
         next(lines, None)
         for number, words in lines:
             try:
-                distance, *stamps = (_number(words[column]) for column in self._columns)
-            except (ValueError, IndexError) as error:
-                errors.add(f"line {number}: {error}")
+                distance = _number(words[self._columns[0]])
+                stamps = [_time(words[column]) for column in self._columns[1:]]
+            except ValueError:
+                errors.add(f"line {number}: it has a word that is no number")
+                continue
+            except IndexError:
+                errors.add(f"line {number}: it has {len(words)} columns, too few")
                 continue
             stamp = stamps[0] if stamps else frames / (self._rate or 1.0)
             if not before < stamp < math.inf:
@@ -76,17 +90,36 @@ class DistanceTable:
         errors.raise_if_any(frames)
 
     def _lines(self, errors: ReadErrors) -> Iterator[tuple[int, list[str]]]:
-        number = 0
+        """Read the lines that are not empty, as words; the first of them are the names."""
+        number = begin = 1
+        named = False
         try:
-            with self.path.open(encoding="utf-8-sig", newline="") as file:
-                for number, words in enumerate(csv.reader(file), 1):
-                    if words:
-                        yield number, [word.strip() for word in words]
-        except DAMAGED as error:
-            errors.add(f"damaged after line {number}: {error}; what follows is lost")
+            with open_text(self.path) as file:
+                lines = iter(lambda: file.readline(LONGEST_LINE), "")
+                first = next(lines, "")
+                if first.lower().startswith("sep="):  # says the delimiter to Excel
+                    delimiter, begin = first[4:5].strip("\r\n") or ",", 2
+                else:
+                    delimiter = max(DELIMITERS, key=first.count)
+                    lines = itertools.chain([first], lines)
+                for number, words in enumerate(csv.reader(lines, delimiter=delimiter), begin):
+                    words = [word.strip() for word in words]
+                    if not any(words):
+                        continue
+                    if named and delimiter != ",":
+                        words = [word.replace(",", ".") for word in words]
+                    yield number, words
+                    named = True
+        except csv.Error:
+            errors.add(f"damaged after line {number}: it is no table there; what follows is lost")
         except OSError as error:
             raise LogError(self.path, f"cannot be read: {error.strerror or error}") from error
 
 
 def _number(word: str) -> float:
     return float(word) if word else math.nan
+
+
+def _time(word: str) -> float:
+    stamp = stamp_in(word)
+    return _number(word) if stamp is None else stamp / 1e9
