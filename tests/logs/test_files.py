@@ -152,7 +152,7 @@ def robot_laser(
 def test_carmen_lines_that_say_their_angles(word: str, remissions: str, tmp_path: Path) -> None:
     text = "# CARMEN Logfile\n" + "".join(robot_laser(word, i, remissions=remissions) for i in range(8))
     (tmp_path / "robot.log").write_text(text)
-    log = scans(tmp_path / "robot.log")
+    log = open_scans(tmp_path / "robot.log")
     assert (log.scanner.angle_min, log.scanner.angle_increment, log.scanner.beams) == (-1.5, 0.75, 5)
     assert [log.scanner.range_min, log.scanner.range_max] == pytest.approx([0.0, 30.0])
     assert log.scanner.range_max < 30.0  # at which nothing came back
@@ -168,13 +168,13 @@ def test_carmen_lines_that_say_their_angles(word: str, remissions: str, tmp_path
 def test_odometry_goes_with_lasers_that_say_no_pose(tmp_path: Path) -> None:
     lines = [odom(100 + i / 4, i / 4) + robot_laser("RAWLASER1", i) for i in range(8)]
     (tmp_path / "robot.clf").write_text("".join(lines))
-    assert [frame.speed for frame in scans(tmp_path / "robot.clf")][1:] == [1.0] * 7
+    assert [frame.speed for frame in open_scans(tmp_path / "robot.clf")][1:] == [1.0] * 7
 
 
 def test_a_log_that_has_each_scan_twice_gives_it_once(tmp_path: Path) -> None:
     lines = [robot_laser("RAWLASER1", i) + robot_laser("ROBOTLASER1", i) for i in range(8)]
     (tmp_path / "robot.log").write_text("".join(lines))
-    log = scans(tmp_path / "robot.log")
+    log = open_scans(tmp_path / "robot.log")
     assert (len(list(log)), log.assumed) == (8, "")
     assert log.scanner.mount[0] == pytest.approx(0.25)
 
@@ -187,10 +187,10 @@ def test_one_of_two_lasers_is_read(front: str, rear: str, tmp_path: Path) -> Non
         return flaser(i / 4, ranges="1 2 3 4 5" if word == front else "5 6 7").replace("FLASER", word)
 
     (tmp_path / "robot.log").write_text("".join(line(rear, i) + line(front, i) for i in range(8)))
-    log = scans(tmp_path / "robot.log")
+    log = open_scans(tmp_path / "robot.log")
     assert (len(list(log)), log.scanner.beams) == (8, 5)
     assert f"the front laser, {front}; the log has {rear} too, choose with the option topic" in log.assumed
-    chosen = scans(tmp_path / "robot.log", topic=rear)
+    chosen = open_scans(tmp_path / "robot.log", topic=rear)
     assert len(list(chosen)) == 8
     x, _, yaw = chosen.scanner.mount
     assert [x, yaw] == pytest.approx([-0.5, math.pi / 2] if front == "ROBOTLASER1" else [0.0, math.pi])
@@ -200,12 +200,12 @@ def test_one_of_two_lasers_is_read(front: str, rear: str, tmp_path: Path) -> Non
 
 def test_old_lines_do_not_say_their_angles_and_the_log_does(tmp_path: Path) -> None:
     (tmp_path / "robot.log").write_text(flaser(0.0) + flaser(1.0))
-    assert scans(tmp_path / "robot.log").assumed == "beams over half a turn, up to 49.9 m"
+    assert open_scans(tmp_path / "robot.log").assumed == "beams over half a turn, up to 49.9 m"
 
 
 def test_error_codes_of_sick_are_no_readings(tmp_path: Path) -> None:
     (tmp_path / "robot.log").write_text(robot_laser("ROBOTLASER1", 0, angles="-1.5 3.0 0.75 81.92"))
-    assert scans(tmp_path / "robot.log").scanner.range_max < 81.83
+    assert open_scans(tmp_path / "robot.log").scanner.range_max < 81.83
 
 
 @pytest.mark.parametrize(
@@ -228,7 +228,7 @@ def test_error_codes_of_sick_are_no_readings(tmp_path: Path) -> None:
 )
 def test_a_damaged_line_of_a_robot_is_reported_and_left_out(line: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "robot.log").write_text(robot_laser("ROBOTLASER1", 0) + line + robot_laser("ROBOTLASER1", 2))
-    frames = iter(scans(tmp_path / "robot.log"))
+    frames = iter(open_scans(tmp_path / "robot.log"))
     assert [next(frames).stamp, next(frames).stamp] == [0.0, 0.5]
     with pytest.raises(LogError, match=rf"robot\.log: {said}"):
         next(frames)
@@ -245,7 +245,7 @@ def test_a_carmen_log_without_scans_says_which_lines_it_has(tmp_path: Path) -> N
 def test_a_carmen_log_in_any_encoding(encoding: str, tmp_path: Path) -> None:
     text = "PARAM who J\u00fcrgen\n" + robot_laser("ROBOTLASER1", 0) + robot_laser("ROBOTLASER1", 1)
     (tmp_path / "robot.log").write_bytes(text.encode(encoding))
-    assert len(list(scans(tmp_path / "robot.log"))) == 2
+    assert len(list(open_scans(tmp_path / "robot.log"))) == 2
 
 
 @pytest.mark.parametrize(("name", "count", "beams"), [("freiburg-101", 292, 360), ("acapulco", 861, 181)])
