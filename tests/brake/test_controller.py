@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from ttc_fast import (
     RangeRate,
     Reason,
     ScanTTC,
+    Status,
     StoppingDistance,
     SweptPath,
     SweptPathThreshold,
@@ -346,6 +348,62 @@ def test_points() -> None:
     assert decision.threat.ttc == pytest.approx(0.5)
 
 
+class TestStatusOfTheFrame:
+    """What a decision says of the frame that came with the update."""
+
+    def test_a_frame_that_is_evaluated(self) -> None:
+        decision = Drive().frame(2.4, 4.0)
+        assert decision.status is Status.CLOSING
+        assert decision.threats is not None
+        assert decision.threats.path == decision.threat
+        assert decision.threats.returns == BEAMS
+        assert decision.threats.beams is None  # no criterion needs it
+
+    def test_between_frames_there_is_none(self) -> None:
+        drive = Drive()
+        before = drive.frame(2.4, 4.0)
+        decision = drive.wait(0.1)
+        assert (decision.status, decision.threats) == (None, None)
+        assert decision.threat == before.threat
+        assert drive.wait(5.0).status is None
+
+    @pytest.mark.parametrize("min_returns", [0, BEAMS + 1])
+    def test_a_blind_frame(self, min_returns: int) -> None:
+        drive = Drive(min_returns=min_returns)
+        decision = drive.frame(2.4 if min_returns else None, 4.0)
+        assert (decision.status, decision.threats) == (Status.NO_DATA, None)
+        assert decision.threat is None
+
+    def test_a_frame_that_is_ignored(self) -> None:
+        drive = Drive()
+        drive.frame(15.0, 4.0)
+        decision = drive.controller.update(drive.now, ranges=wall(2.0), stamp=drive.now, motion=Motion(4.0))
+        assert (decision.status, decision.threats) == (Status.INVALID, None)
+
+    def test_a_frame_whose_closing_speeds_are_not_known(self) -> None:
+        scan = scanner(outline=CAR)
+        for drive in (Drive(), Drive(scan=scan, range_rate=RangeRate(scan))):
+            decision = drive.frame(2.4, None)
+            assert (decision.status, decision.threats) == (Status.WARMING_UP, None)
+
+    def test_contact_by_the_motion_whatever_is_commanded(self) -> None:
+        decision = Drive().frame(0.2, -1.0, commanded=1.0)
+        assert decision.status is Status.CONTACT
+        assert decision.threats is not None
+        assert decision.threats.path is not None
+        assert decision.threats.path.ttc == math.inf
+        assert decision.threat is not None
+        assert decision.threat.ttc == 0.0
+
+    def test_an_estimate_that_is_the_frame(self) -> None:
+        controller = BrakeController()
+        for stamp, status in enumerate((Status.CLOSING, Status.CONTACT, Status.LOST)):
+            decision = controller.update(stamp, estimate=Estimate(stamp, 3.0, distance=9.0, status=status))
+            assert decision.status is status
+        decision = controller.update(9.0, estimate=Estimate(9.0, math.inf, status=Status.NO_DATA))
+        assert (decision.status, decision.threats) == (Status.NO_DATA, None)
+
+
 class TestState:
     def drive(self, controller: BrakeController, begin: int, end: int) -> list[Decision]:
         rng = np.random.default_rng(7)
@@ -375,6 +433,69 @@ class TestState:
             copy = self.make()
             copy.restore(pickle.loads(pickle.dumps(original.state())))
         assert repr(self.drive(copy, 100, 200)) == repr(self.drive(original, 100, 200))
+
+    def test_a_reset_controller_decides_as_a_new_one(self) -> None:
+        controller = self.make()
+        self.drive(controller, 0, 50)
+        controller.reset()
+        assert repr(self.drive(controller, 0, 50)) == repr(self.drive(self.make(), 0, 50))
+
+    def test_a_pickled_controller_has_its_criteria_and_settings(self) -> None:
+        controller = BrakeController([SweptPathThreshold(0.7)], scan=scanner(outline=CAR), hold=0.1)
+        copied = pickle.loads(pickle.dumps(controller))
+        assert (copied.criteria, copied.settings) == (controller.criteria, controller.settings)
+        assert (copied.criteria, copied.settings.hold) == ((SweptPathThreshold(0.7),), 0.1)
+
+    @pytest.mark.parametrize("state", [None, 3, []])
+    def test_what_is_no_state_is_refused(self, state: Any) -> None:
+        with pytest.raises(TypeError, match="state must be a dict"):
+            self.make().restore(state)
+
+    @pytest.mark.parametrize(
+        ("change", "says"),
+        [
+            ({"class": "RangeRate"}, "state must be of class BrakeController, got RangeRate"),
+            ({"version": 2}, "state must be of version 1, got 2"),
+            ({"range_rate": None}, "range_rate"),
+        ],
+    )
+    def test_other_states_are_refused(self, change: dict[str, Any], says: str) -> None:
+        controller = self.make()
+        self.drive(controller, 0, 20)
+        before = repr(controller.state())
+        with pytest.raises(ValueError, match=says):
+            controller.restore({**controller.state(), **change})
+        with pytest.raises(ValueError, match="state has no braking"):
+            controller.restore({name: value for name, value in controller.state().items() if name != "braking"})
+        assert repr(controller.state()) == before
+
+    def test_several_threads_may_update(self) -> None:
+        controller, frames = self.make(), iter(range(400))
+
+        def work(_: int) -> None:
+            for _ in range(100):
+                now = 0.001 * next(frames)
+                controller.update(now, ranges=wall(5.0), stamp=now, motion=Motion(1.0))
+
+        with ThreadPoolExecutor(4) as pool:
+            list(pool.map(work, range(4)))
+        counters = controller.update(1.0).counters
+        assert counters.frames + counters.ignored == 400
+
+    def test_an_update_that_raises_changes_nothing(self) -> None:
+        controller = self.make()
+        self.drive(controller, 0, 20)
+        before = repr(controller.state())
+        wrong: list[dict[str, Any]] = [
+            {"ranges": wall(5.0)[:-1], "stamp": 1.0},
+            {"ranges": wall(5.0)},
+            {"ranges": wall(5.0), "stamp": 1.0, "commanded": math.nan},
+            {"estimate": "soon"},
+        ]
+        for arguments in wrong:
+            with pytest.raises((TypeError, ValueError)):
+                controller.update(1.0, motion=Motion(3.0), **arguments)
+            assert repr(controller.state()) == before
 
     def test_a_state_is_a_copy(self) -> None:
         controller = self.make()

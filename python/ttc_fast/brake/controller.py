@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import copy
 import threading
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._validate import finite, flag
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.decide import decide, watchdog
 from ttc_fast.brake.settings import BrakeSettings
-from ttc_fast.brake.state import CLOCK_TOLERANCE, ControllerState, NOfM, checked_commanded
+from ttc_fast.brake.state import (
+    CLOCK_TOLERANCE,
+    ControllerState,
+    NOfM,
+    checked_commanded,
+    checked_estimate,
+    checked_motion,
+    is_fresh,
+)
 from ttc_fast.brake.threats import Frame, ThreatAssessment
-from ttc_fast.brake.types import Command, Motion
+from ttc_fast.brake.types import NOTHING, Command, Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -23,8 +32,43 @@ if TYPE_CHECKING:
 
 BRAKE = Command.BRAKE  # a name is looked up faster than the member of an enumeration
 NO_DATA, INVALID, WARMING_UP, CONTACT = Status.NO_DATA, Status.INVALID, Status.WARMING_UP, Status.CONTACT
-STATE_VERSION = 1
-REMEMBERED = [field.name for field in fields(ControllerState)]
+CLASS, VERSION = "BrakeController", 1
+REMEMBERED = tuple(field.name for field in fields(ControllerState))
+
+Newest = tuple["Motion | None", float, "Estimate | None"]
+"""The newest odometry, its stamp, and the newest estimate."""
+
+
+@dataclass(slots=True)
+class Assessed:
+    """What the assessment of a frame came to.
+
+    Attributes
+    ----------
+    status, threats
+        Status and threats as ``Decision`` has them.
+    criterion : Criterion or None
+        The most urgent criterion; None where the frame cannot be evaluated.
+    evaluation : Evaluation
+        The evaluation by that criterion.
+    motion : Motion or None
+        The motion that it was made for.
+    rests_in_contact : bool
+        Whether something is inside the outline, and neither motion nor command says which way it will go.
+    clear : bool
+        Whether the frame votes for release.
+    """
+
+    status: Status | None
+    threats: Threats | None = None
+    criterion: Criterion | None = None
+    evaluation: Evaluation = NOTHING
+    motion: Motion | None = None
+    rests_in_contact: bool = False
+    clear: bool = False
+
+
+BETWEEN_FRAMES, IGNORED, BLIND, UNKNOWN = Assessed(None), Assessed(INVALID), Assessed(NO_DATA), Assessed(WARMING_UP)
 
 
 class BrakeController:
@@ -202,30 +246,34 @@ class BrakeController:
         """
         now = finite("now", now)
         override = override if type(override) is bool else flag("override", override)
-        with self._lock:
-            frame, status = self._receive(now, ranges, points, stamp, motion, estimate, commanded)
-            threats = None
-            if frame is not None:
-                status, threats = self._assess(frame)
-                self._vote(frame, threats)
-            unsafe = watchdog(self._state, self._settings, now)
-            if unsafe is not None and self._settings.when_blind == BRAKE:
-                self._state.brake(now, None)
-            return decide(
-                self._state, self._settings, now, unsafe=unsafe, override=override, status=status, threats=threats
-            )
+        with self._lock:  # what is remembered changes in the vote alone, so that a call that raises changes nothing
+            newest, frame = self._receive(now, ranges, points, stamp, motion, estimate, commanded)
+            assessed = BETWEEN_FRAMES if frame is None else self._assess(frame)
+            self._vote(newest, frame, assessed)
+            state, settings = self._state, self._settings
+            unsafe = watchdog(state, settings, now)
+            if unsafe is not None and settings.when_blind == BRAKE:
+                state.brake(now, None)
+            return decide(state, settings, now, unsafe, override, assessed.status, assessed.threats)
 
     def _receive(
         self, now: float, ranges: Any, points: Any, stamp: Any, motion: Any, estimate: Any, commanded: Any
-    ) -> tuple[Frame | None, Status | None]:
-        """Check what came and remember it; return the frame to assess, or the status where there is none."""
+    ) -> tuple[Newest, Frame | None]:
+        """Check what came; return the newest odometry and estimate, and the frame if one came."""
         state, settings = self._state, self._settings
+        newest_motion, motion_at, newest_estimate = state.motion, state.motion_at, state.estimate
         if commanded is not None:
             commanded = checked_commanded(commanded)
         if motion is not None:
-            state.receive_motion(motion, now)
+            motion = checked_motion("motion", motion)
+            at = now if motion.stamp is None else motion.stamp
+            if motion_at <= at <= now + CLOCK_TOLERANCE:
+                newest_motion, motion_at = motion, at
         if estimate is not None:
-            estimate = state.receive_estimate(estimate)
+            estimate = checked_estimate(estimate)
+            if not estimate.saw_nothing:
+                newest_estimate = estimate
+        newest = newest_motion, motion_at, newest_estimate
         if ranges is not None or points is not None:
             if ranges is not None:
                 if points is not None:
@@ -234,64 +282,77 @@ class BrakeController:
                     )
                 if getattr(ranges, "ndim", 1) != 1:
                     raise ValueError(f"ranges must be one scan, of shape (beams,), got shape {tuple(ranges.shape)}")
-            stamp = finite("stamp", stamp)
-            estimate = state.fresh_estimate(now, settings.sensor_timeout)
+            stamp, estimate = finite("stamp", stamp), newest_estimate
+            if estimate is not None and not is_fresh(estimate.stamp, now, settings.sensor_timeout):
+                estimate = None
         elif estimate is not None and self._assessment.only_estimates:
             stamp = estimate.stamp
         else:
-            return None, None
-        if not state.frame_at < stamp <= now + CLOCK_TOLERANCE:
-            state.ignored += 1
-            return None, INVALID
-        fresh = state.fresh_motion(now, settings.motion_timeout)
-        return Frame(now, stamp, ranges, points, estimate, fresh, commanded), None
+            return newest, None
+        fresh = newest_motion if is_fresh(motion_at, now, settings.motion_timeout) else None
+        return newest, Frame(now, stamp, ranges, points, estimate, fresh, commanded)
 
-    def _assess(self, frame: Frame) -> tuple[Status, Threats | None]:
-        """Assess a frame and count it; return its status, and its threats unless they cannot be evaluated."""
+    def _assess(self, frame: Frame) -> Assessed:
+        """Assess the threats of a frame, and evaluate them by every criterion."""
+        state, assessment, motion = self._state, self._assessment, frame.motion
+        if not state.frame_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
+            return IGNORED
+        threats = assessment.assess(frame)
+        if threats.status is NO_DATA or threats.returns < self._settings.min_returns:
+            assessed = BLIND
+        elif not threats.closing_speed_known:
+            assessed = UNKNOWN
+        else:
+            criterion, evaluation = self._most_urgent(threats)
+            rests_in_contact = False
+            if threats.status is CONTACT and not assessment.only_estimates:
+                commanded = frame.commanded
+                rests_in_contact = not (moves(motion) or moves(commanded))
+                if commanded is not None and not state.braking:  # the vehicle must not be driven deeper into contact
+                    other, of_commanded = self._most_urgent(assessment.assess_along(frame, commanded))
+                    if of_commanded.more_urgent_than(evaluation):
+                        criterion, evaluation, motion = other, of_commanded, commanded
+            clear = evaluation.value >= self._settings.release_at * evaluation.threshold
+            if clear and state.braking:
+                clear = self._would_be_clear(frame)
+            assessed = Assessed(threats.status, threats, criterion, evaluation, motion, rests_in_contact, clear)
+        if assessment.range_rate is not None:
+            assessment.take_up(frame)
+        return assessed
+
+    def _vote(self, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
+        """Remember what came, count the two votes of a frame, and begin or end braking."""
         state = self._state
-        threats = self._assessment.assess(frame)  # raises for data that it cannot read: such a frame does not count
+        state.motion, state.motion_at, state.estimate = newest
+        if frame is None:
+            return
+        if assessed is IGNORED:
+            state.ignored += 1
+            return
         state.frames += 1
         state.frame_at = frame.stamp
-        if threats.status is NO_DATA or threats.returns < self._settings.min_returns:
+        if assessed is BLIND:
             state.blind += 1
-            return NO_DATA, None
-        state.seen_at = frame.stamp
-        if not threats.closing_speed_known:
-            return WARMING_UP, None
-        state.evaluated_at = frame.stamp
-        return threats.status, threats
-
-    def _vote(self, frame: Frame, threats: Threats | None) -> None:
-        """Evaluate the threats of a frame, count its two votes, and begin or end braking."""
-        state, settings = self._state, self._settings
-        if threats is None:  # a frame that shows nothing is not clear
+        else:
+            state.seen_at = frame.stamp
+        evaluation = assessed.evaluation
+        if assessed.criterion is None:  # a frame that cannot be evaluated is not clear
             state.release_votes = self._release.push(state.release_votes, False)
             return
-        motion, commanded = frame.motion, frame.commanded
-        criterion, evaluation = self._most_urgent(threats)
-        state.rests_in_contact = False
-        if threats.status is CONTACT and not self._assessment.only_estimates:
-            state.rests_in_contact = not (moves(motion) or moves(commanded))
-            if commanded is not None and not state.braking:  # the vehicle must not be driven deeper into contact
-                other, of_commanded = self._most_urgent(self._assessment.assess_along(frame, commanded))
-                if of_commanded.more_urgent_than(evaluation):
-                    criterion, evaluation, motion = other, of_commanded, commanded
-        state.criterion, state.evaluation = criterion, evaluation
+        state.evaluated_at = frame.stamp
+        state.criterion = assessed.criterion
+        state.evaluation = evaluation
+        state.rests_in_contact = assessed.rests_in_contact
         triggered = evaluation.value < evaluation.threshold
-        clear = evaluation.value >= settings.release_at * evaluation.threshold
-        if clear and state.braking:
-            clear = self._would_be_clear(frame)
         state.trigger_votes = self._trigger.push(state.trigger_votes, triggered)
-        state.release_votes = self._release.push(state.release_votes, clear)
+        state.release_votes = self._release.push(state.release_votes, assessed.clear)
         if triggered:
             if state.braking or self._trigger.reached(state.trigger_votes):
-                state.brake(frame.now, motion)
-        elif (
-            state.braking
-            and self._release.reached(state.release_votes)
-            and frame.now - state.triggered_at >= settings.hold
-        ):
-            state.release()
+                state.brake(frame.now, assessed.motion)
+        elif state.braking:
+            held = frame.now - state.triggered_at
+            if held >= self._settings.hold and self._release.reached(state.release_votes):
+                state.release()
 
     def _most_urgent(self, threats: Threats) -> tuple[Criterion, Evaluation]:
         """Return the criterion that is nearest to its threshold, or beyond it by most, and its evaluation."""
@@ -362,19 +423,20 @@ class BrakeController:
         Returns
         -------
         dict
-            The version of the state, the fields of ``ControllerState``, and ``range_rate``, which is what the range
-            rate remembers. It is a copy, and it pickles.
+            ``class`` and ``version`` of the state, the fields of ``ControllerState``, and ``range_rate``, the state of
+            the range rate or None. Later updates do not change it, and it pickles.
 
         Examples
         --------
         >>> from ttc_fast import BrakeController, ScanTTC
         >>> controller = BrakeController(scan=ScanTTC(0.0, 0.1, 3))
         >>> state = controller.state()
-        >>> controller.restore(state)
+        >>> state["class"], state["version"], state["braking"]
+        ('BrakeController', 1, False)
         """
         with self._lock:
             remembered = {name: getattr(self._state, name) for name in REMEMBERED}
-            return {"version": STATE_VERSION, **remembered, "range_rate": self._assessment.state()}
+            return {"class": CLASS, "version": VERSION, **remembered, "range_rate": self._assessment.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a state: a controller of the same settings then decides as the saved one would have.
@@ -390,10 +452,11 @@ class BrakeController:
 
         Raises
         ------
-        TypeError
-            If it is no state of a BrakeController.
         ValueError
-            If it is a state of another version.
+            If it is the state of another class or version, is incomplete, or has a range rate where this controller
+            has none, or the other way round. The controller then remembers what it did.
+        TypeError
+            If it is no dict.
 
         Examples
         --------
@@ -401,28 +464,30 @@ class BrakeController:
         >>> controller = BrakeController(scan=ScanTTC(0.0, 0.1, 3))
         >>> controller.restore(controller.state())
         """
-        try:
-            version, range_rate = state["version"], state["range_rate"]
-            if version != STATE_VERSION:
-                raise ValueError(f"state has version {version!r}, and this release reads version {STATE_VERSION}")
-            remembered = {name: value for name, value in state.items() if name not in ("version", "range_rate")}
-            restored = ControllerState(**remembered)
-            with self._lock:
-                self._assessment.restore(range_rate)
-                self._state = restored
-        except (KeyError, TypeError, AttributeError):
-            raise TypeError("state must be what a BrakeController's state() returned") from None
+        if not isinstance(state, dict):
+            raise TypeError(f"state must be a dict that the state() of a {CLASS} returned, got {state!r}")
+        expected = {"class": CLASS, "version": VERSION}
+        for name in (*expected, *REMEMBERED, "range_rate"):
+            if name not in state:
+                raise ValueError(f"state has no {name}: it must come from state()")
+            if name in expected and state[name] != expected[name]:
+                raise ValueError(f"state must be of {name} {expected[name]}, got {state[name]}")
+        restored = ControllerState(**{name: state[name] for name in REMEMBERED})
+        with self._lock:
+            self._assessment.restore(state["range_rate"])
+            self._state = restored
 
     def __getstate__(self) -> dict[str, Any]:
-        assessment = self._assessment
-        arguments = {
-            "criteria": self.criteria,
-            "scan": assessment.scan,
-            "path": assessment.path,
-            "range_rate": assessment.range_rate,
-            **asdict(self._settings),
-        }
-        return {"arguments": arguments, "state": self.state()}
+        with self._lock:
+            assessment = self._assessment
+            arguments = {
+                "criteria": self.criteria,
+                "scan": assessment.scan,
+                "path": assessment.path,
+                "range_rate": copy.deepcopy(assessment.range_rate),
+                **asdict(self._settings),
+            }
+            return {"arguments": arguments, "state": self.state()}
 
     def __setstate__(self, pickled: dict[str, Any]) -> None:
         BrakeController.__init__(self, **pickled["arguments"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from ttc_fast.brake.state import CLOCK_TOLERANCE
+from ttc_fast.brake.state import CLOCK_TOLERANCE, is_fresh
 from ttc_fast.brake.types import Command, Counters, Decision, Reason
 from ttc_fast.status import Status
 
@@ -37,7 +37,6 @@ def decide(
     state: ControllerState,
     settings: BrakeSettings,
     now: float,
-    *,
     unsafe: Reason | None,
     override: bool,
     status: Status | None,
@@ -98,7 +97,7 @@ def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> 
     value, threshold, _ = state.evaluation
     if value < threshold:
         return CRITERION
-    motion = state.fresh_motion(now, settings.motion_timeout)
+    motion = state.motion if is_fresh(state.motion_at, now, settings.motion_timeout) else None
     stands = motion is not None and abs(motion.speed) < settings.standstill_speed
     return Reason.STANDSTILL if stands else Reason.HOLD
 

@@ -62,30 +62,6 @@ class ControllerState:
     blind: int = 0
     """Number of frames with too few returns."""
 
-    def receive_motion(self, motion: Any, now: float) -> None:
-        """Check odometry, and remember it if it is not older than the last."""
-        motion = checked_motion("motion", motion)
-        stamp = now if motion.stamp is None else motion.stamp
-        if self.motion_at <= stamp <= now + CLOCK_TOLERANCE:
-            self.motion = motion
-            self.motion_at = stamp
-
-    def receive_estimate(self, estimate: Any) -> Estimate:
-        """Check an estimate, remember it if it saw something, and return it."""
-        checked = checked_estimate(estimate)
-        if not checked.saw_nothing:
-            self.estimate = checked
-        return checked
-
-    def fresh_motion(self, now: float, timeout: float) -> Motion | None:
-        """Return the newest odometry unless it is too old, or in the future because the clock was set back."""
-        return self.motion if -CLOCK_TOLERANCE <= now - self.motion_at <= timeout else None
-
-    def fresh_estimate(self, now: float, timeout: float) -> Estimate | None:
-        """Return the newest estimate unless it is too old, or in the future because the clock was set back."""
-        estimate = self.estimate
-        return estimate if estimate is not None and -CLOCK_TOLERANCE <= now - estimate.stamp <= timeout else None
-
     def brake(self, now: float, motion: Motion | None) -> None:
         """Begin to brake, or begin the hold time again."""
         self.triggered_at = now
@@ -98,6 +74,11 @@ class ControllerState:
         """End braking. The votes on braking begin anew."""
         self.braking = False
         self.trigger_votes = 0
+
+
+def is_fresh(stamp: float, now: float, timeout: float) -> bool:
+    """Return whether data are not too old, and not in the future, as they are when the clock was set back."""
+    return -CLOCK_TOLERANCE <= now - stamp <= timeout
 
 
 class NOfM:

@@ -7,7 +7,6 @@ computed.
 
 from __future__ import annotations
 
-import copy
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -115,21 +114,24 @@ class ThreatAssessment:
         return criteria
 
     def assess(self, frame: Frame) -> Threats:
-        """Return the threats of a new frame; the range rate takes the frame up."""
-        motion = frame.motion
+        """Return the threats of a new frame: by the vehicle's motion, or else by the range rate, which takes it up."""
         if self.only_estimates:
             return self._assess_estimate(frame)
-        rates = None
-        if self.range_rate is not None and frame.ranges is not None:
-            rates = self.range_rate.update(frame.ranges, frame.stamp, 0.0 if motion is None else motion.yaw_rate)
-        if motion is not None:
-            return self.assess_along(frame, motion)
-        if rates is None:  # nothing gives closing speeds: whether anything is seen is found out as of a vehicle at rest
+        if frame.motion is not None:
+            return self.assess_along(frame, frame.motion)
+        if self.range_rate is None or frame.ranges is None:
+            # Nothing gives closing speeds. Whether anything is seen is found as for a vehicle that stands.
             seen = self.assess_along(frame, STANDING)
             return seen._replace(speed=None, beams=None, path=None, closing_speed_known=False)
+        rates = self.range_rate.update(frame.ranges, frame.stamp)
         known = rates.status not in UNKNOWN and rates.rated >= rates.unrated
         beams = self._beam_threat(Source.RANGE_RATE, frame, rates) if known else None
         return Threats(None, beams, None, *estimated_threat(frame), rates.counts.valid, rates.status, known)
+
+    def take_up(self, frame: Frame) -> None:
+        """Let the range rate take up a frame that was assessed by motion, so that it is warm when odometry fails."""
+        if self.range_rate is not None and frame.motion is not None and frame.ranges is not None:
+            self.range_rate.update(frame.ranges, frame.stamp, frame.motion.yaw_rate)
 
     def assess_along(self, frame: Frame, motion: Motion) -> Threats:
         """Return the threats of a frame to a vehicle of this motion."""
@@ -184,14 +186,15 @@ class ThreatAssessment:
             self.range_rate.reset()
 
     def state(self) -> Any:
-        """Return what the range rate remembers."""
-        return copy.deepcopy(self.range_rate)
+        """Return the state of the range rate, or None without one."""
+        return None if self.range_rate is None else self.range_rate.__getstate__()
 
     def restore(self, state: Any) -> None:
         """Let the range rate go on from a state."""
-        if type(state) is not type(self.range_rate):
-            raise TypeError("state is of a controller with another range_rate")
-        self.range_rate = copy.deepcopy(state)
+        if (state is None) is not (self.range_rate is None):
+            raise ValueError("state must be that of a controller with a range_rate where this one has it, or without")
+        if self.range_rate is not None:
+            self.range_rate.__setstate__(state)
 
 
 def path_threat(seen: Any, index: int, angle: float, distance: float, speed: float, age: float) -> Threat:
