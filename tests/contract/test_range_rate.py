@@ -303,15 +303,18 @@ def test_distances_and_times_in_other_units_scale() -> None:
 
 
 def test_a_saved_state_that_is_none_is_refused() -> None:
-    stamps, headings, readings = np.array([0.0, 0.1]), np.zeros(2), np.ones((2, BEAMS))
-    for state in [
-        (stamps[::-1].copy(), headings, readings),
-        (stamps, headings[:1], readings),
-        (stamps, headings, np.ones((2, BEAMS - 1))),
-        (stamps, np.array([0.0, np.nan]), readings),
-    ]:
+    stamps, headings, readings = [0.0, 0.1], [0.0, 0.0], [[1.0] * BEAMS] * 2
+    state = tracker().state() | {"stamps": stamps, "headings": headings, "readings": readings}
+    tracker().restore(state)
+    spoils: list[dict[str, Any]] = [
+        {"stamps": stamps[::-1]},
+        {"headings": headings[:1]},
+        {"readings": [[1.0] * (BEAMS - 1)] * 2},
+        {"headings": [0.0, math.nan]},
+    ]
+    for spoilt in spoils:
         with pytest.raises(ValueError, match="state must be that of a RangeRate"):
-            tracker().__setstate__(state)
+            tracker().restore(state | spoilt)
 
 
 # Bad arguments, of the kernel and the reference.

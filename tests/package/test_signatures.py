@@ -30,8 +30,8 @@ RESULTS = [
     "TrackedTTC",
 ]
 
-# The instruction-set level of the kernels: NumPy has its own.
-KERNELS_ONLY = {"SIMD_LEVEL"}
+# The instruction-set level of the kernels, and the version that both are of.
+KERNELS_ONLY = {"SIMD_LEVEL", "__version__"}
 
 # Attributes that are such results themselves.
 NESTED = {"counts", "previous", "current"}
@@ -98,19 +98,22 @@ def test_the_same_methods(name: str, method: str) -> None:
 
 
 def test_swept_paths_offer_the_same() -> None:
-    assert public(ttc_fast.SweptPath) == public(reference.SweptPath) == {*PATH, "per_point", "outline"}
+    assert public(ttc_fast.SweptPath) == public(reference.SweptPath) == {*PATH, "per_point", "outline", "no_data"}
     assert public(ttc_fast.ScanSweptPath) == public(reference.ScanSweptPath) == {*PATH, "per_beam", "scan"}
 
 
 def test_a_scanner_offers_the_same() -> None:
-    assert public(ttc_fast.ScanTTC) == public(reference.ScanTTC) == {*METHODS, "beams", "angles"}
+    settings = {name for name, _, _ in parameters(ttc_fast.ScanTTC)}
+    assert public(ttc_fast.ScanTTC) == public(reference.ScanTTC) == {*METHODS, "angles"} | settings
 
 
-@pytest.mark.parametrize("method", ["update", "reset"])
-def test_the_same_methods_of_range_rates(method: str) -> None:
-    kernel, specified = getattr(ttc_fast.RangeRate, method), getattr(reference.RangeRate, method)
-    assert parameters(kernel) == parameters(specified)
-    assert public(ttc_fast.RangeRate) == public(reference.RangeRate) == {"update", "reset", "scan"}
+@pytest.mark.parametrize("method", ["update", "reset", "state", "restore"])
+@pytest.mark.parametrize("name", ["RangeRate", "DistanceTracker", "CloudTracker"])
+def test_the_same_of_what_remembers(name: str, method: str) -> None:
+    kernel, specified = getattr(ttc_fast, name), getattr(reference, name)
+    assert parameters(getattr(kernel, method)) == parameters(getattr(specified, method))
+    settings = {name for name, _, _ in parameters(kernel)}
+    assert public(kernel) == public(specified) == {"update", "reset", "state", "restore"} | settings
 
 
 @pytest.mark.parametrize("name", RESULTS)

@@ -1,4 +1,4 @@
-"""The checks of arguments: numbers, arrays of floats, and arrays to write to.
+"""The checks of arguments: numbers, arrays of floats, and arrays to write to; and how a class shows its settings.
 
 Each check takes the name of the argument and its value, and returns the value in its own type. A value of the wrong
 type raises TypeError, one out of range ValueError; the message names the argument.
@@ -8,14 +8,32 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex
+from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex, TypeVar
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import DTypeLike, NDArray
 
     Floats = NDArray[np.floating[Any]]
+
+_Class = TypeVar("_Class", bound=type)
+
+
+def shows_settings(*names: str) -> Callable[[_Class], _Class]:
+    """Give a class a property for each setting, which its constructor keeps in ``self._settings``."""
+
+    def shown(name: str) -> property:
+        return property(lambda self: self._settings[name], doc=f"The setting ``{name}``.")
+
+    def decorated(cls: _Class) -> _Class:
+        for name in names:
+            setattr(cls, name, shown(name))
+        return cls
+
+    return decorated
 
 
 def floats(argument: str, values: Any) -> Floats:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast._core import NeighbourSupport
-from ttc_fast.reference.arguments import count_in, finite, floats, output, positive
+from ttc_fast.reference.arguments import count_in, finite, floats, output, positive, shows_settings
 from ttc_fast.reference.formula import time_to_collision
 from ttc_fast.reference.hit import Counts
 from ttc_fast.reference.scan import ScanTTC
@@ -87,6 +87,9 @@ class _Rates:
     """The standard errors of the range rates, m/s; NaN where unknown."""
 
 
+@shows_settings(
+    "window", "min_scans", "noise", "max_speed", "max_acceleration", "gate", "significance", "edge", "minimum"
+)
 class RangeRate:
     """Range rate of each beam of a laser scanner from its last scans, and the time-to-collision that follows.
 
@@ -131,6 +134,17 @@ class RangeRate:
         self._significance = positive("significance", significance)
         self._edge = positive("edge", edge)
         self._beam_vote = checked_beam_vote(minimum) or NeighbourSupport(count=6, window=4)
+        self._settings = {
+            "window": self._window,
+            "min_scans": self._min_scans,
+            "noise": self._noise,
+            "max_speed": self._max_speed,
+            "max_acceleration": self._max_acceleration,
+            "gate": self._gate,
+            "significance": self._significance,
+            "edge": self._edge,
+            "minimum": self._beam_vote,
+        }
         self._scans: list[_Scan] = []
 
     @property
@@ -141,6 +155,20 @@ class RangeRate:
     def reset(self) -> None:
         """Forget every scan."""
         self._scans = []
+
+    def state(self) -> dict[str, Any]:
+        """Return what is remembered, as the kernel's does: either takes up the other's state."""
+        remembered = {
+            "stamps": [scan.stamp for scan in self._scans],
+            "headings": [scan.heading for scan in self._scans],
+            "readings": [scan.readings.tolist() for scan in self._scans],
+        }
+        return {"class": "RangeRate", "version": 1, "beams": self._scan.beams, **remembered}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Remember what another object with the same scanner and settings remembered."""
+        scans = zip(state["stamps"], state["headings"], state["readings"], strict=True)
+        self._scans = [_Scan(stamp, heading, np.array(readings)) for stamp, heading, readings in scans]
 
     def update(
         self,

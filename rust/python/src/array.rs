@@ -1,8 +1,11 @@
 //! NumPy arrays as views of the core: any stride, alignment and byte step, nothing copied.
 //!
-//! rust-numpy's safe accessors refuse unaligned arrays, or divide byte strides by the item size and walk packed
-//! records wrongly. So the array header is read here, and nowhere else. The only file of the binding with `unsafe`.
+//! rust-numpy's safe accessors refuse unaligned arrays, or divide byte strides by the item size and walk packed records
+//! wrongly. So the array header is read here, and nowhere else. Beside `points`, this is the only file of the binding
+//! with `unsafe`.
 
+use crate::macros::{ByType, for_each_type};
+use crate::util::type_name;
 use numpy::npyffi::{NPY_ARRAY_WRITEABLE, NPY_TYPES};
 use numpy::{PyArrayDescrMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -28,14 +31,8 @@ pub struct Floats<'py> {
     numbers: Numbers<'py>,
 }
 
-/// The numbers, by type.
-#[derive(Clone, Copy)]
-pub enum Numbers<'py> {
-    /// float32
-    Single(Table<'py, f32>),
-    /// float64
-    Double(Table<'py, f64>),
-}
+/// The numbers of an array, by type.
+pub type Numbers<'py> = ByType<Table<'py, f32>, Table<'py, f64>>;
 
 impl<'py> Numbers<'py> {
     /// The numbers, if they are float32.
@@ -51,9 +48,9 @@ impl<'py> Numbers<'py> {
 
 /// A type that a NumPy array can have, and what NumPy calls it.
 pub trait Element: Copy {
-    /// Its type number.
+    /// The number of the type.
     const NUMBER: NPY_TYPES;
-    /// Its name.
+    /// The name of the type.
     const NAME: &'static str;
 }
 
@@ -85,8 +82,8 @@ impl<'py> Floats<'py> {
     pub fn view(argument: &str, array: Array<'py>) -> PyResult<Self> {
         let header = header(argument, &array)?;
         // SAFETY: the header describes the array's own memory, whose element type is checked. The array stays alive in
-        // `self` for as long as a view can be borrowed, and its memory stays where it is: NumPy refuses to resize an array
-        // that others refer to, as `self` does, and no Python code of the caller's runs between here and the kernel.
+        // `self` for as long as a view can be borrowed, and its memory stays where it is: NumPy refuses to resize an
+        // array that others refer to, as `self` does, and no Python code of the caller's runs between here and the kernel.
         let numbers = unsafe {
             if holds::<f32>(&array) {
                 Numbers::Single(header.table())
@@ -99,25 +96,19 @@ impl<'py> Floats<'py> {
         Ok(Floats { array, numbers })
     }
 
-    /// Its numbers, for as long as the array is kept.
+    /// The numbers, for as long as the array is kept.
     pub fn numbers(&self) -> Numbers<'_> {
         self.numbers
     }
 
-    /// How many numbers there are in each scan.
+    /// The number of columns, which is that of readings in each scan.
     pub fn columns(&self) -> usize {
-        match &self.numbers {
-            Numbers::Single(table) => table.columns(),
-            Numbers::Double(table) => table.columns(),
-        }
+        for_each_type!(&self.numbers, table => table.columns())
     }
 
-    /// How many scans there are.
+    /// The number of rows, which is that of scans.
     pub fn rows(&self) -> usize {
-        match &self.numbers {
-            Numbers::Single(table) => table.rows(),
-            Numbers::Double(table) => table.rows(),
-        }
+        for_each_type!(&self.numbers, table => table.rows())
     }
 
     /// The array itself.
@@ -125,12 +116,12 @@ impl<'py> Floats<'py> {
         &self.array
     }
 
-    /// Its shape.
+    /// The shape of the array.
     pub fn shape(&self) -> &[usize] {
         self.array.shape()
     }
 
-    /// The name of its type.
+    /// The name of the array's dtype.
     pub fn dtype(&self) -> &'static str {
         match &self.numbers {
             Numbers::Single(_) => f32::NAME,
@@ -150,7 +141,7 @@ impl<'py> Floats<'py> {
         written(argument, array)
     }
 
-    /// The same for an output that may be missing, and that must be apart from `others` and from this array itself.
+    /// `object`, if there is one, as such an array that is apart in memory from `others` and from this array itself.
     pub fn separate_output<T: Element>(
         &self,
         argument: &str,
@@ -345,7 +336,7 @@ pub fn as_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Arr
     if let Ok(array) = object.cast_exact::<PyUntypedArray>() { Ok(array.clone()) } else { made_array(argument, object) }
 }
 
-/// The same of an array of another class, or of another object.
+/// `object` as an array, where it is of a subclass of arrays or only offers a buffer.
 #[cold]
 fn made_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
     if let Ok(array) = object.cast::<PyUntypedArray>() {
@@ -366,7 +357,7 @@ fn made_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array
     Ok(py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "asarray"), (buffer,))?.cast_into()?)
 }
 
-/// What lies under the mask of a masked array is exactly what is not to be read.
+/// Refuse a masked array: what lies under its mask is exactly what is not to be read.
 pub fn refuse_masked(argument: &str, object: &Bound<'_, PyAny>) -> PyResult<()> {
     let py = object.py();
     let masked = py.import(intern!(py, "numpy.ma"))?.getattr(intern!(py, "MaskedArray"))?;
@@ -430,11 +421,7 @@ fn holds<T: Element>(array: &Array<'_>) -> bool {
     number == T::NUMBER as i32 && order.to_ne_bytes() != [foreign]
 }
 
-pub fn type_name(object: &Bound<'_, PyAny>) -> String {
-    object.get_type().name().map_or_else(|_| String::from("an object"), |name| name.to_string())
-}
-
-/// Says which dtype was met, and how to get one that works.
+/// The exception for a dtype that is not read: which one was met, and how to get one that works.
 #[cold]
 pub fn wrong_dtype(argument: &str, array: &Array<'_>) -> PyErr {
     let dtype = array.dtype();

@@ -1,21 +1,19 @@
 //! The camera functions, their estimators and their result.
 
-use crate::errors::value_error;
-use crate::gil::release;
-use crate::number::number;
+use crate::macros::{choices, results, settings_class};
 use crate::points::{AnyPixels, Pixels};
-use crate::settings_object::settings_object;
-use crate::{enums, level};
+use crate::util::run::{level, release};
+use crate::util::{number, value_error};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use ttc_fast_core::camera::{self, Estimator, Keypoints};
 
-settings_object! {
+settings_class! {
     /// The median of all pairs' ratios of distances, exactly.
     ///
-    /// The plain published method. Survives mismatches in up to a quarter or so of the matches, as each spoils all pairs that it
-    /// is in. Positions that are rounded to pixels (ORB, FAST, BRISK) pull it towards 1: of a thing that moved by less than a
-    /// pixel, most points did not move at all.
+    /// This is the plain published method. It survives mismatches in up to a quarter or so of the matches, as each
+    /// spoils all pairs that it is in. Positions that are rounded to pixels (ORB, FAST, BRISK) pull it towards 1: of a
+    /// thing that moved by less than a pixel, most points did not move at all.
     ///
     /// Examples
     /// --------
@@ -26,15 +24,15 @@ settings_object! {
     MedianRatio(), "()" => Estimator: Estimator::MedianRatio
 }
 
-settings_object! {
-    /// The mean of all pairs' ratios of distances, without a share of the lowest and the same share of the highest.
+settings_class! {
+    /// The mean of all pairs' ratios of distances, without the lowest and the highest share.
     ///
-    /// Between the plain mean (0) and the median (towards 0.5).
+    /// A share of 0 is the plain mean, and one near 0.5 is nearly the median.
     ///
     /// Parameters
     /// ----------
     /// share : float
-    ///     In [0, 0.5).
+    ///     Share that is left out at each end, in [0, 0.5).
     ///
     /// Raises
     /// ------
@@ -51,11 +49,11 @@ settings_object! {
     TrimmedMeanRatio(share: f64 = 0.25), "(share=0.25)" => Estimator: Estimator::TrimmedMeanRatio(share)
 }
 
-settings_object! {
+settings_class! {
     /// The scale of the similarity (scale, turn and shift) that fits all matches best by least squares.
     ///
-    /// Time linear in the number of matches, and no outlier survived: for matches that are known to be clean. It looks at
-    /// positions, not at pairs: ``min_distance`` does not matter to it.
+    /// It takes time linear in the number of matches and survives no outlier: use it for matches that are known to be
+    /// clean. It looks at positions, not at pairs: ``min_distance`` does not matter to it.
     ///
     /// Notes
     /// -----
@@ -71,23 +69,24 @@ settings_object! {
     LeastSquares(), "()" => Estimator: Estimator::LeastSquares
 }
 
-settings_object! {
+settings_class! {
     /// The mean ratio of distances of the matches that move as one body. The default.
     ///
-    /// Background and mismatches do not move with the body ahead. The similarity (scale, turn and shift) that most matches agree
-    /// with is looked for by two matches at a time, and refined by least squares until its matches are those that agree with it.
-    /// What is left has no outliers, so all pairs are averaged.
+    /// Background and mismatches do not move with the body ahead. The similarity (scale, turn and shift) that most
+    /// matches agree with is looked for by two matches at a time, and refined by least squares until its matches are
+    /// those that agree with it. What is left has no outliers, so all pairs are averaged.
     ///
     /// Parameters
     /// ----------
     /// tolerance : float
-    ///     A match farther than this from where it should be, px, never belongs to the body. The default is what rounding to
-    ///     pixels can do at the coarsest of eight pyramid levels 1.2 apart, as ORB has them: 1.2^7 px in x and in y, 5.1 px.
+    ///     A match farther than this from where it should be, px, never belongs to the body. The default is what
+    ///     rounding to pixels can do at the coarsest of eight pyramid levels 1.2 apart, as ORB has them: 1.2^7 px in x
+    ///     and in y, 5.1 px.
     /// trials : int
-    ///     How many pairs of matches are tried, at most 1,000,000. 200 find a body that has 3 of 10 matches in all but one of
-    ///     10^8 cases.
+    ///     How many pairs of matches are tried, at most 1,000,000. 200 find a body that has 3 of 10 matches in all but
+    ///     one of 10^8 cases.
     /// seed : int
-    ///     Of the choice of those pairs: the same matches and seed give the same answer. At least 0.
+    ///     Seed of the choice of those pairs, at least 0: one seed gives one answer for the same matches.
     ///
     /// Raises
     /// ------
@@ -96,14 +95,14 @@ settings_object! {
     ///
     /// Notes
     /// -----
-    /// Agreement is first within ``tolerance``, then within the circle that 95 % of normal errors of the matches so far are in
-    /// (2.45 standard deviations of a coordinate; at least 0.1 px), and no match belongs for being one of two. Where more than a
-    /// tenth of all coordinates do not change at all, positions are rounded to pixels. Errors are then as large as the step
-    /// between two pixels, so the tolerance stays what it is, and the mean takes in all that stayed and all that jumped: only
-    /// together they say how far the body moved.
+    /// Agreement is first within ``tolerance``, then within the circle that 95 % of normal errors of the matches so far
+    /// are in (2.45 standard deviations of a coordinate; at least 0.1 px), and no match belongs for being one of two.
+    /// Where more than a tenth of all coordinates do not change at all, positions are rounded to pixels. Errors are
+    /// then as large as the step between two pixels, so the tolerance stays what it is, and the mean takes in all that
+    /// stayed and all that jumped: only together they say how far the body moved.
     ///
-    /// Pairs are drawn by the generator SplitMix64 [Steele, Lea and Flood 2014]. Random sample consensus is of [Fischler and
-    /// Bolles 1981].
+    /// Pairs are drawn by the generator SplitMix64 [Steele, Lea and Flood 2014]. Random sample consensus is of
+    /// [Fischler and Bolles 1981].
     ///
     /// Examples
     /// --------
@@ -123,71 +122,28 @@ settings_object! {
 /// Attributes
 /// ----------
 /// ttc : float
-///     s, in [0, inf]; inf where nothing closes or too little is known.
+///     Time-to-collision, s, in [0, inf]; inf where nothing closes or too little is known.
 /// status : Status
-///     CLOSING: the scale is above 1. NOT_CLOSING: it is not. TOO_FEW: there are matches, and too few of them, or no pair of
-///     them that counts, for a scale. NO_DATA: there is no match that counts.
+///     CLOSING: the scale is above 1. NOT_CLOSING: it is not. TOO_FEW: there are matches, and too few of them, or no
+///     pair of them that counts, for a scale. NO_DATA: there is no match that counts.
 /// scale : float
-///     How many times as large the thing looks now: distance before over distance now. NaN with TOO_FEW and NO_DATA.
+///     Size of the thing now over its size before: distance before over distance now. NaN with TOO_FEW and NO_DATA.
 /// spread : float
-///     Standard error of the scale, as that of a least-squares fit to the matches in support: the root mean square distance of
-///     a match from where the scale puts it, per coordinate, over the root of the sum of squared distances from their centre.
-///     Mismatches count in full, unless the estimator leaves them out: a large one says that the matches disagree. NaN with
-///     fewer than three matches in support.
+///     Standard error of the scale, as that of a least-squares fit to the matches in support: the root mean square
+///     distance of a match from where the scale puts it, per coordinate, over the root of the sum of squared distances
+///     from their centre. Mismatches count in full, unless the estimator leaves them out: a large one says that the
+///     matches disagree. NaN with fewer than three matches in support.
 /// pairs : int
 ///     Ratios of distances that the scale rests on; 0 for an estimator that needs none.
 /// matches : int
 ///     Matches that count.
 /// support : int
-///     How many of them stand behind the scale; all, unless the estimator leaves some out.
+///     Matches that the scale rests on; all, unless the estimator leaves some out.
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct KeypointTTC(camera::KeypointTtc);
 
-#[pymethods]
-impl KeypointTTC {
-    #[getter]
-    fn ttc(&self) -> f64 {
-        self.0.ttc
-    }
-
-    #[getter]
-    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        enums::status(py, self.0.status)
-    }
-
-    #[getter]
-    fn scale(&self) -> f64 {
-        self.0.scale
-    }
-
-    #[getter]
-    fn spread(&self) -> f64 {
-        self.0.spread
-    }
-
-    #[getter]
-    fn pairs(&self) -> usize {
-        self.0.pairs
-    }
-
-    #[getter]
-    fn matches(&self) -> usize {
-        self.0.matches
-    }
-
-    #[getter]
-    fn support(&self) -> usize {
-        self.0.support
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let camera::KeypointTtc { ttc, scale, spread, pairs, matches, support, .. } = self.0;
-        let status = self.status(py)?.getattr("name")?;
-        Ok(format!(
-            "KeypointTTC(ttc={ttc:.4}, status={status}, scale={scale:.6}, spread={spread:.6}, pairs={pairs}, \
-             matches={matches}, support={support})"
-        ))
-    }
+results! {
+    KeypointTTC: camera::KeypointTtc { ttc "s", status "", scale "", spread "", pairs "", matches "", support "" }
 }
 
 /// Time-to-collision by how many times as large a thing looks as ``dt`` seconds before.
@@ -195,7 +151,8 @@ impl KeypointTTC {
 /// Parameters
 /// ----------
 /// scale : float
-///     Size now over size before, of anything that keeps its size and is seen from the same side: above 1 when it comes closer.
+///     Size now over size before, of anything that keeps its size and is seen from the same side: above 1 when it comes
+///     closer.
 /// dt : float
 ///     Time between the two, s, from their stamps.
 ///
@@ -211,8 +168,8 @@ impl KeypointTTC {
 ///
 /// Notes
 /// -----
-/// Sizes in a picture go with 1 / distance, so that the scale is d0 / d1, and the speed stays what it was: TTC = d1 dt /
-/// (d0 - d1) = dt / (scale - 1).
+/// Sizes in a picture go with 1 / distance, so that the scale is d0 / d1, and the speed stays what it was:
+/// TTC = d1 dt / (d0 - d1) = dt / (scale - 1).
 ///
 /// Examples
 /// --------
@@ -224,12 +181,12 @@ pub fn ttc_from_scale(scale: &Bound<'_, PyAny>, dt: &Bound<'_, PyAny>) -> PyResu
     camera::ttc_from_scale(number("scale", scale)?, number("dt", dt)?).map_err(value_error)
 }
 
-/// Time-to-collision by two heights of the same thing in the picture, ``dt`` seconds apart.
+/// Time-to-collision by two heights of one thing in the picture, ``dt`` seconds apart.
 ///
 /// Parameters
 /// ----------
 /// previous, current : float
-///     Of a box around the thing, px, or any one size of it that is measured the same way twice.
+///     Height of a box around the thing, px, or any one size of it that is measured in one way in both pictures.
 /// dt : float
 ///     Time between the two, s, from their stamps.
 ///
@@ -245,8 +202,8 @@ pub fn ttc_from_scale(scale: &Bound<'_, PyAny>, dt: &Bound<'_, PyAny>) -> PyResu
 ///
 /// Notes
 /// -----
-/// As ``ttc_from_scale`` with scale = current / previous. A detector's box is off by pixels, and at 0.1 s a pixel is about what
-/// a car grows by: heights want frames farther apart.
+/// This is ``ttc_from_scale`` with scale = current / previous. A detector's box is off by pixels, and at 0.1 s a pixel
+/// is about what a car grows by: heights want frames farther apart.
 ///
 /// Examples
 /// --------
@@ -268,21 +225,22 @@ pub fn ttc_from_heights(
 /// Parameters
 /// ----------
 /// previous, current : ndarray
-///     x and y of each match in the earlier and in the later picture, px: shape (N, 2), or (N, 1, 2) as OpenCV has them;
-///     float32 or float64, the same in both, read in place whatever the stride and alignment. Row i of one is matched to
-///     row i of the other. They should be of one thing, such as those in a detector's box: what else is among them has to be
-///     outvoted. A match with a NaN, an inf or a coordinate beyond 1e9 px never counts.
+///     x and y of each match in the earlier and in the later picture, px: shape (N, 2), or (N, 1, 2) as OpenCV has
+///     them; float32 or float64, the same in both, read in place whatever the stride and alignment. Row i of one is
+///     matched to row i of the other. They should be of one thing, such as those in a detector's box: what else is
+///     among them has to be outvoted. A match with a NaN, an inf or a coordinate beyond 1e9 px never counts.
 /// dt : float
 ///     Time between the two, s, from their stamps.
 /// min_distance : float
-///     Pairs of matches count only if they are at least so far apart in the later picture, px: an error of a pixel weighs the
-///     less the farther they are. A thing smaller than this in the picture has no pair that counts, which is TOO_FEW.
+///     Pairs of matches count only if they are at least so far apart in the later picture, px: an error of a pixel
+///     weighs the less the farther they are. A thing smaller than this in the picture has no pair that counts, which is
+///     TOO_FEW.
 /// estimator : estimator object, optional
-///     How mismatches and background are survived: ``Consensus``, ``MedianRatio``, ``TrimmedMeanRatio`` or ``LeastSquares``;
-///     by default ``Consensus()``.
+///     How mismatches and background are survived: ``Consensus``, ``MedianRatio``, ``TrimmedMeanRatio`` or
+///     ``LeastSquares``; by default ``Consensus()``.
 /// threads : int
-///     How many threads may share the work of ``MedianRatio``; worth it from about 2000 matches. The answer does not depend on
-///     it.
+///     How many threads may share the work of ``MedianRatio``; worth it from about 2000 matches. The answer does not
+///     depend on it.
 ///
 /// Returns
 /// -------
@@ -294,13 +252,14 @@ pub fn ttc_from_heights(
 /// TypeError
 ///     If the positions have another dtype, or the estimator is of the wrong kind.
 /// ValueError
-///     If the positions have another shape or differ in number, ``dt`` is not above 0 and finite, ``min_distance`` is negative
-///     or not finite, or ``threads`` is below 1.
+///     If the positions have another shape or differ in number, ``dt`` is not above 0 and finite, ``min_distance`` is
+///     negative or not finite, or ``threads`` is below 1.
 ///
 /// Notes
 /// -----
-/// A pair i < j counts if it was apart (by more than 2^-52 px) and is at least ``min_distance`` apart now, and its ratio is the
-/// root of the quotient of the squared distances, in float64. TTC = dt / (scale - 1) [Udacity's sensor fusion course].
+/// A pair i < j counts if it was apart (by more than 2^-52 px) and is at least ``min_distance`` apart now, and its
+/// ratio is the root of the quotient of the squared distances, in float64. TTC = dt / (scale - 1) [Udacity's sensor
+/// fusion course].
 ///
 /// The scale is that of the points themselves: the far end of a long body grows less than the near one.
 ///
@@ -322,12 +281,12 @@ pub fn ttc_from_keypoints(
     estimator: Option<&Bound<'_, PyAny>>,
     threads: i64,
 ) -> PyResult<KeypointTTC> {
-    let threads = crate::threads(threads)?;
+    let threads = crate::util::threads(threads)?;
     let dt = number("dt", dt)?;
     let estimator = estimator.map_or(Ok(Estimator::default()), self::estimator)?;
     let (previous, current) = (Pixels::view("previous", previous)?, Pixels::view("current", current)?);
     let (previous, current) = (previous.positions(), current.positions());
-    let level = level::current();
+    let level = level();
     let found = release(py, 2 * previous.len() * previous.len(), || match (previous, current) {
         (AnyPixels::Single(previous), AnyPixels::Single(current)) => {
             let keypoints = Keypoints { previous, current };
@@ -346,17 +305,7 @@ pub fn ttc_from_keypoints(
     found.map(KeypointTTC).map_err(value_error)
 }
 
-/// `estimator=...`.
-fn estimator(object: &Bound<'_, PyAny>) -> PyResult<Estimator> {
-    macro_rules! one_of {
-        ($($name:ident),*) => {
-            $(if let Ok(estimator) = object.cast::<$name>() {
-                return Ok(estimator.get().core());
-            })*
-        };
-    }
-    one_of!(Consensus, MedianRatio, TrimmedMeanRatio, LeastSquares);
-    Err(PyTypeError::new_err(format!(
-        "estimator must be an estimator object such as Consensus() or MedianRatio(), got {object}"
-    )))
+choices! {
+    estimator, estimator_object: Estimator, "an estimator object such as Consensus() or MedianRatio()"
+    { Consensus, MedianRatio, TrimmedMeanRatio, LeastSquares }
 }

@@ -1,11 +1,11 @@
 //! The cloud functions and their results.
 
-use crate::errors::value_error;
-use crate::estimator::estimator;
+use crate::estimators::estimator;
 use crate::gate::gate;
-use crate::gil::release;
+use crate::macros::{for_each_type, results};
 use crate::points::{AnyPoints, Cloud};
-use crate::{enums, level};
+use crate::util::run::{level, release};
+use crate::util::{threads as checked_threads, value_error};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use ttc_fast_core::cloud::{self, Estimator};
@@ -21,55 +21,16 @@ use ttc_fast_core::cloud::{self, Estimator};
 /// candidates : int
 ///     Points inside the gate.
 /// support : int
-///     How many of them stand behind the estimate.
+///     Points inside the gate that support the estimate.
 /// index : int
-///     Which point the estimate is, counting rows of points in order; -1 where it is no single one.
+///     The index of the point that is the estimate, counting rows of points in order; -1 where it is no single point.
 /// detection : Detection
 ///     FOUND, CLEAR, TOO_FEW or NO_DATA.
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct MinX(cloud::MinX);
 
-#[pymethods]
-impl MinX {
-    #[getter]
-    fn x(&self) -> f64 {
-        self.0.x
-    }
-
-    #[getter]
-    fn nearest_x(&self) -> f64 {
-        self.0.nearest_x
-    }
-
-    #[getter]
-    fn candidates(&self) -> usize {
-        self.0.candidates
-    }
-
-    #[getter]
-    fn support(&self) -> usize {
-        self.0.support
-    }
-
-    #[getter]
-    fn index(&self) -> i64 {
-        self.0.index.map_or(-1, i64::from)
-    }
-
-    #[getter]
-    fn detection<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        enums::detection(py, self.0.detection)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let cloud::MinX { x, nearest_x, candidates, support, .. } = self.0;
-        let detection = self.detection(py)?.getattr("name")?;
-        let index = self.index();
-        Ok(format!(
-            "MinX(x={x:.4}, nearest_x={nearest_x:.4}, candidates={candidates}, support={support}, index={index}, \
-             detection={detection})"
-        ))
-    }
+results! {
+    MinX: cloud::MinX { x "m", nearest_x "m", candidates "", support "", index "", detection "" }
 }
 
 /// Time-to-collision from two clouds, and what it rests on.
@@ -77,57 +38,22 @@ impl MinX {
 /// Attributes
 /// ----------
 /// ttc : float
-///     s, in [0, inf]; inf where nothing closes or too little is known.
+///     Time-to-collision, s, in [0, inf]; inf where nothing closes or too little is known.
 /// status : Status
-///     CLEAR: nothing in the gate. NOT_CLOSING, CLOSING. CONTACT: the distance is 0 or below, whatever the earlier cloud
-///     showed. TOO_FEW: the plain nearest points were used, because the estimator had too few. WARMING_UP: something is
-///     there that the earlier cloud did not show. NO_DATA: the current cloud holds no valid point.
+///     CLEAR: nothing in the gate. NOT_CLOSING, CLOSING. CONTACT: the distance is 0 or below, whatever the earlier
+///     cloud showed. TOO_FEW: the plain nearest points were used, because the estimator had too few. WARMING_UP:
+///     something is there that the earlier cloud did not show. NO_DATA: the current cloud holds no valid point.
 /// distance : float
-///     From the bumper to the nearest thing in the current cloud, m. inf when clear, NaN without data.
+///     Distance from the bumper to the nearest thing in the current cloud, m. inf when clear, NaN without data.
 /// closing_speed : float
 ///     m/s, positive when approaching. NaN unless both clouds show a distance.
 /// previous, current : MinX
-///     What was found in each.
+///     What was found in each cloud.
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct CloudTTC(cloud::CloudTtc);
 
-#[pymethods]
-impl CloudTTC {
-    #[getter]
-    fn ttc(&self) -> f64 {
-        self.0.ttc
-    }
-
-    #[getter]
-    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        enums::status(py, self.0.status)
-    }
-
-    #[getter]
-    fn distance(&self) -> f64 {
-        self.0.distance
-    }
-
-    #[getter]
-    fn closing_speed(&self) -> f64 {
-        self.0.closing_speed
-    }
-
-    #[getter]
-    fn previous(&self) -> MinX {
-        MinX(self.0.previous)
-    }
-
-    #[getter]
-    fn current(&self) -> MinX {
-        MinX(self.0.current)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let cloud::CloudTtc { ttc, distance, closing_speed, .. } = self.0;
-        let status = self.status(py)?.getattr("name")?;
-        Ok(format!("CloudTTC(ttc={ttc:.4}, status={status}, distance={distance:.4}, closing_speed={closing_speed:.4})"))
-    }
+results! {
+    CloudTTC: cloud::CloudTtc { ttc "s", status "", distance "m", closing_speed "m/s", previous "", current "" }
 }
 
 /// The robust nearest distance ahead of the points inside a gate.
@@ -135,13 +61,14 @@ impl CloudTTC {
 /// Parameters
 /// ----------
 /// points : ndarray or tuple of ndarray
-///     float32 or float64 coordinates, read in place whatever the stride and alignment: rows (N, 3) or wider, whose fourth
-///     column is the intensity; (H, W, 3) or wider for an organised cloud; a record array with fields x, y, z and perhaps
-///     intensity (uint8, uint16, float32 or float64); or a tuple of columns (x, y, z) or (x, y, z, intensity).
-///     ``from_pointcloud2`` reads a ROS message. Rows with a non-finite coordinate, and rows exactly (0, 0, 0), never count.
+///     float32 or float64 coordinates, read in place whatever the stride and alignment: rows (N, 3) or wider, whose
+///     fourth column is the intensity; (H, W, 3) or wider for an organised cloud; a record array with fields x, y, z
+///     and perhaps intensity (uint8, uint16, float32 or float64); or a tuple of columns (x, y, z) or (x, y, z,
+///     intensity). ``from_pointcloud2`` reads a ROS message. Rows with a non-finite coordinate, and rows exactly (0, 0,
+///     0), never count.
 /// gate : Gate, optional
-///     Which points count; by default ``Gate()``, a lane 4 m wide in which the road and one's own bonnet count too. On the
-///     raw cloud of a car, use ``Gate.above_road(...)`` with ``x`` from the bumper on.
+///     Which points count; by default ``Gate()``, a lane 4 m wide in which the road and one's own bonnet count too. On
+///     the raw cloud of a car, use ``Gate.above_road(...)`` with ``x`` from the bumper on.
 /// estimator : estimator object, optional
 ///     How outliers are survived; by default ``KthSmallest(10)``.
 /// threads : int
@@ -161,8 +88,8 @@ impl CloudTTC {
 ///
 /// Notes
 /// -----
-/// Ties go to the lowest index. Another thread that writes to the points meanwhile may give a mix of two clouds, never a
-/// read out of bounds.
+/// Ties go to the lowest index. Another thread that writes to the points meanwhile may give a mix of two clouds, never
+/// a read out of bounds.
 ///
 /// Examples
 /// --------
@@ -179,14 +106,15 @@ pub fn robust_min_x(
     estimator: Option<&Bound<'_, PyAny>>,
     threads: i64,
 ) -> PyResult<MinX> {
-    let threads = crate::threads(threads)?;
+    let threads = checked_threads(threads)?;
     let (gate, estimator) = (self::gate(gate)?, estimator_or_default(estimator)?);
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
-    let found = release(py, 3 * points.len(), || match points {
-        AnyPoints::Single(points) => cloud::robust_min_x(points, gate, estimator, level::current(), threads),
-        AnyPoints::Double(points) => cloud::robust_min_x(points, gate, estimator, level::current(), threads),
-    });
+    let found = release(
+        py,
+        3 * points.len(),
+        || for_each_type!(points, points => cloud::robust_min_x(points, gate, estimator, level(), threads)),
+    );
     found.map(MinX).map_err(value_error)
 }
 
@@ -230,7 +158,7 @@ pub fn ttc_from_distances(previous: f64, current: f64, dt: f64) -> PyResult<f64>
 /// Parameters
 /// ----------
 /// previous, current : ndarray or tuple of ndarray
-///     Points as for ``robust_min_x``, of the same dtype.
+///     Points as for ``robust_min_x``. Both clouds have one dtype.
 /// dt : float
 ///     Time between them, s, from their stamps.
 /// gate : Gate, optional
@@ -238,7 +166,7 @@ pub fn ttc_from_distances(previous: f64, current: f64, dt: f64) -> PyResult<f64>
 /// estimator : estimator object, optional
 ///     How outliers are survived; by default ``KthSmallest(10)``.
 /// front_offset : float
-///     From the sensor to the bumper, m.
+///     Distance from the sensor to the bumper, m.
 ///
 /// Returns
 /// -------
@@ -248,7 +176,7 @@ pub fn ttc_from_distances(previous: f64, current: f64, dt: f64) -> PyResult<f64>
 /// Raises
 /// ------
 /// TypeError, ValueError
-///     As ``robust_min_x``; also if ``dt`` is not above 0 and finite, or the dtypes differ.
+///     As in ``robust_min_x``; also if ``dt`` is not above 0 and finite, or the dtypes differ.
 ///
 /// Notes
 /// -----
@@ -275,7 +203,7 @@ pub fn ttc_from_clouds(
     let (gate, estimator) = (self::gate(gate)?, estimator_or_default(estimator)?);
     let (previous, current) = (Cloud::view("previous", previous)?, Cloud::view("current", current)?);
     let clouds = (previous.points(), current.points());
-    let level = level::current();
+    let level = level();
     let found = release(py, 3 * (clouds.0.len() + clouds.1.len()), || match clouds {
         (AnyPoints::Single(previous), AnyPoints::Single(current)) => {
             Some(cloud::ttc_from_clouds([previous, current], dt, gate, estimator, front_offset, level))
@@ -289,7 +217,7 @@ pub fn ttc_from_clouds(
     found.map(CloudTTC).map_err(value_error)
 }
 
-/// `estimator=...`, or what it is by default.
+/// The estimator that an argument says, which is `KthSmallest(10)` where it is missing.
 pub fn estimator_or_default(object: Option<&Bound<'_, PyAny>>) -> PyResult<Estimator> {
     object.map_or(Ok(Estimator::KthSmallest(10)), estimator)
 }

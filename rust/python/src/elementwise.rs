@@ -1,10 +1,8 @@
 //! A formula over numbers and arrays: numbers give a float, arrays are read in place and give an array of their dtype.
 
 use crate::array::{Floats, Numbers, as_array, refuse_shared};
-use crate::errors::value_error;
-use crate::gil::release;
-use crate::level;
-use crate::number::number;
+use crate::util::run::{level, release};
+use crate::util::{number, value_error};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
@@ -175,9 +173,9 @@ where
                     Some(table) => Operand::Each(table.row(row)),
                     None => Operand::Same(self.numbers[i]),
                 });
-                each(level::current(), operands, self.formula, &mut out.row(row))?;
+                each(level(), operands, self.formula, &mut out.row(row))?;
                 if let Some(out) = &mut self.status_out {
-                    each_status(level::current(), operands, self.status, &mut out.row(row))?;
+                    each_status(level(), operands, self.status, &mut out.row(row))?;
                 }
             }
             Ok(())

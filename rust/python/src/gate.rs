@@ -1,8 +1,9 @@
 //! `Gate`.
 
-use crate::axes;
-use crate::errors::value_error;
+use crate::macros::settings;
 use crate::road::Road;
+use crate::util::enums::{axes, axis_names};
+use crate::util::value_error;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -11,57 +12,59 @@ use ttc_fast_core::cloud::{self, Interval};
 
 /// Which points of a cloud count: a corridor ahead, and optionally a height band and bright enough returns.
 ///
-/// Bounds are inclusive. They are rounded to the dtype of the coordinates (those of ``intensity`` to its own dtype if that is a
-/// float), in kernel and reference alike. Rows with a non-finite x, y or z, and rows exactly (0, 0, 0), never count.
+/// Bounds are inclusive. They are rounded to the dtype of the coordinates (those of ``intensity`` to its own dtype if
+/// that is a float), in kernel and reference alike. Rows with a non-finite x, y or z, and rows exactly (0, 0, 0), never
+/// count.
 ///
 /// Parameters
 /// ----------
 /// x : (float, float)
-///     Forward, m; along the path if ``curvature`` is not 0.
+///     Bounds ahead, m; along the path if ``curvature`` is not 0.
 /// y : (float, float)
-///     Left, m; from the path if ``curvature`` is not 0. The default is a lane 4 m wide.
+///     Bounds to the left, m; from the path if ``curvature`` is not 0. The default is a lane 4 m wide.
 /// z : (float, float), optional
-///     Up, m. Without it the road, and one's own bonnet, are inside the gate: see ``above_road``, ``height`` and ``fit_road``.
+///     Bounds of the height, m. Without them the road, and one's own bonnet, are inside the gate: see ``above_road``,
+///     ``height`` and ``fit_road``.
 /// intensity : (float, float), optional
-///     In the units stored. A cloud without intensity is then refused.
+///     Bounds of the intensity, in the units stored. A cloud without intensity is then refused.
 /// axes : (str, str, str)
-///     Which stored coordinate is forward, left and up, each "x", "y" or "z", with "-" before it if it points the other way.
-///     nuScenes stores x right and y forward: ``("y", "-x", "z")``.
+///     Which stored coordinate is forward, left and up, each "x", "y" or "z", with "-" before it if it points the other
+///     way. nuScenes stores x right and y forward: ``("y", "-x", "z")``.
 /// curvature : float
-///     Of the path, 1/m: yaw rate over speed, positive to the left. 0 is straight. On a curve the result is the distance along
-///     the path, computed in float64.
+///     Curvature of the path, 1/m: yaw rate over speed, positive to the left. 0 is straight. On a curve the result is
+///     the distance along the path, computed in float64.
 /// road : Road, optional
 ///     A fitted road that ``height`` is measured from.
 /// height : (float, float), optional
-///     Above ``road``, m, computed in float64.
+///     Bounds of the height above ``road``, m, computed in float64.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     If bounds are swapped or NaN, the axes do not name each coordinate once, or only one of ``road`` and ``height`` is given.
+///     If bounds are swapped or NaN, the axes do not name each coordinate once, or only one of ``road`` and ``height``
+///     is given.
 ///
 /// Notes
 /// -----
-/// The path is a circle about (0, 1 / curvature); its lateral offset is (2 y - k (x^2 + y^2)) / (1 + |(k x, 1 - k y)|), smooth as
-/// k goes to 0 [plane geometry].
+/// The path is a circle about (0, 1 / curvature); its lateral offset is (2 y - k (x^2 + y^2)) / (1 + |(k x, 1 - k y)|),
+/// smooth as k goes to 0 [plane geometry].
 ///
 /// Examples
 /// --------
 /// >>> import ttc_fast
 /// >>> ttc_fast.Gate(x=(2.0, 20.0), z=(-1.5, -0.9), intensity=(0.1, 1.0))
 /// Gate(x=(2.0, 20.0), y=(-2.0, 2.0), z=(-1.5, -0.9), intensity=(0.1, 1.0))
-#[pyclass(frozen, eq, module = "ttc_fast")]
-#[derive(Clone, Copy, PartialEq)]
+#[pyclass(frozen, module = "ttc_fast")]
 pub struct Gate(pub cloud::Gate);
 
 #[pymethods]
 impl Gate {
     #[new]
     #[pyo3(
-        signature = (x=[0.0, f64::INFINITY], y=[-2.0, 2.0], z=None, intensity=None, axes=None, *, curvature=0.0, road=None,
-            height=None),
-        text_signature = "(x=(0.0, 1e999), y=(-2.0, 2.0), z=None, intensity=None, axes=('x', 'y', 'z'), *, curvature=0.0, \
-            road=None, height=None)"
+        signature = (x=[0.0, f64::INFINITY], y=[-2.0, 2.0], z=None, intensity=None, axes=None, *, curvature=0.0,
+            road=None, height=None),
+        text_signature = "(x=(0.0, 1e999), y=(-2.0, 2.0), z=None, intensity=None, axes=('x', 'y', 'z'), *, \
+            curvature=0.0, road=None, height=None)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
@@ -84,7 +87,7 @@ impl Gate {
                 return Err(PyValueError::new_err("height needs road=..., which is None where fit_road found none"));
             }
         };
-        let gate = cloud::Gate { x, y, z, intensity, axes: axes::parse(axes)?, curvature, above };
+        let gate = cloud::Gate { x, y, z, intensity, axes: self::axes(axes)?, curvature, above };
         gate.checked().map(Gate).map_err(value_error)
     }
 
@@ -93,7 +96,7 @@ impl Gate {
     /// Parameters
     /// ----------
     /// sensor_height : float
-    ///     Of the sensor above the road, m.
+    ///     Height of the sensor above the road, m.
     /// clearance : float
     ///     Points lower above the road than this do not count, m.
     /// headroom : float
@@ -108,7 +111,7 @@ impl Gate {
     /// Raises
     /// ------
     /// ValueError
-    ///     If ``headroom`` is below ``clearance``, or as ``Gate``.
+    ///     If ``headroom`` is below ``clearance``, or ``Gate`` refuses another setting.
     ///
     /// Examples
     /// --------
@@ -133,88 +136,22 @@ impl Gate {
         settings.set_item("z", band)?;
         py.get_type::<Gate>().call((), Some(&settings))
     }
+}
 
-    #[getter]
-    fn x(&self) -> Interval {
-        self.0.x
-    }
-
-    #[getter]
-    fn y(&self) -> Interval {
-        self.0.y
-    }
-
-    #[getter]
-    fn z(&self) -> Option<Interval> {
-        self.0.z
-    }
-
-    #[getter]
-    fn intensity(&self) -> Option<Interval> {
-        self.0.intensity
-    }
-
-    #[getter]
-    fn axes(&self) -> (String, String, String) {
-        let [forward, left, up] = self.0.axes.map(axes::name);
-        (forward, left, up)
-    }
-
-    #[getter]
-    fn curvature(&self) -> f64 {
-        self.0.curvature
-    }
-
-    #[getter]
-    fn road(&self) -> Option<Road> {
-        self.0.above.map(|(road, _)| Road(road))
-    }
-
-    #[getter]
-    fn height(&self) -> Option<Interval> {
-        self.0.above.map(|(_, height)| height)
-    }
-
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
-        let settings = PyDict::new(py);
-        settings.set_item("x", self.x())?;
-        settings.set_item("y", self.y())?;
-        settings.set_item("z", self.z())?;
-        settings.set_item("intensity", self.intensity())?;
-        settings.set_item("axes", self.axes())?;
-        settings.set_item("curvature", self.curvature())?;
-        settings.set_item("road", self.road())?;
-        settings.set_item("height", self.height())?;
-        Ok(((), settings))
-    }
-
-    fn __hash__(&self) -> u64 {
-        crate::hash(&self.__repr__())
-    }
-
-    fn __repr__(&self) -> String {
-        let mut parts = vec![format!("x={}", pair(self.0.x)), format!("y={}", pair(self.0.y))];
-        parts.extend(self.0.z.map(|z| format!("z={}", pair(z))));
-        parts.extend(self.0.intensity.map(|intensity| format!("intensity={}", pair(intensity))));
-        if self.0.axes != cloud::REP_103 {
-            let [forward, left, up] = self.0.axes.map(axes::name);
-            parts.push(format!("axes=('{forward}', '{left}', '{up}')"));
-        }
-        if self.0.curvature != 0.0 {
-            parts.push(format!("curvature={:?}", self.0.curvature));
-        }
-        if let Some((road, height)) = self.0.above {
-            parts.push(format!("road={}, height={}", Road(road).__repr__(), pair(height)));
-        }
-        format!("Gate({})", parts.join(", "))
+settings! {
+    value Gate |it, py| {
+        x: it.0.x,
+        y: it.0.y,
+        z: it.0.z,
+        intensity: it.0.intensity,
+        axes: axis_names(it.0.axes) => axis_names(cloud::REP_103),
+        curvature: it.0.curvature => 0.0,
+        road: it.0.above.map(|(road, _)| Road(road)),
+        height: it.0.above.map(|(_, height)| height),
     }
 }
 
-fn pair((low, high): Interval) -> String {
-    format!("({low:?}, {high:?})")
-}
-
-/// `gate=...`.
+/// The gate that an argument says, which is `Gate()` where it is missing.
 pub fn gate<'a>(object: Option<&'a Bound<'_, PyAny>>) -> PyResult<&'a cloud::Gate> {
     static DEFAULT: LazyLock<cloud::Gate> = LazyLock::new(cloud::Gate::default);
     let Some(object) = object else { return Ok(&DEFAULT) };

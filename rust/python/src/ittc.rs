@@ -1,9 +1,9 @@
 //! The bare formula.
 
 use crate::array::{Floats, Numbers, as_array, outputs};
-use crate::errors::value_error;
-use crate::gil::release;
-use crate::{level, number};
+use crate::util;
+use crate::util::run::{level, release};
+use crate::util::value_error;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use ttc_fast_core::column::{ColumnMut, Table, TableMut};
@@ -82,7 +82,7 @@ pub fn ittc<'py>(
         Rate::RangeRate(speeds) => ("range_rate", *speeds),
     };
     let array = as_array("ranges", ranges)?;
-    let number = number::number(name, speeds).ok();
+    let number = util::number(name, speeds).ok();
     let ranges = Floats::view("ranges", array)?;
     let speeds = match number {
         Some(speed) => Speed::same(name, speed, &ranges)?,
@@ -177,14 +177,7 @@ fn run<T: Real>(
             let rate = if closing { Rate::ClosingSpeed(speeds) } else { Rate::RangeRate(speeds) };
             let mut status: Option<ColumnMut<'_, u8>> = status.as_mut().map(|status| status.row(row));
             let least = T::from_f64(min_closing_speed);
-            ttc_fast_core::ittc::ittc(
-                level::current(),
-                ranges.row(row),
-                rate,
-                least,
-                &mut out.row(row),
-                status.as_mut(),
-            )?;
+            ttc_fast_core::ittc::ittc(level(), ranges.row(row), rate, least, &mut out.row(row), status.as_mut())?;
         }
         Ok(())
     };

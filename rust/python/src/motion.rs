@@ -9,7 +9,8 @@ use ttc_fast_core::motion::{self, Rss};
 /// Parameters
 /// ----------
 /// distance : float, or ndarray of float32 or float64 with 1 or 2 dimensions
-///     Distance to contact, m. 0 or below is contact: the result is 0 while closing and inf while not. +inf is free space.
+///     Distance to contact, m. 0 or below is contact: the result is 0 while closing and inf while not. +inf is free
+///     space.
 /// closing_speed : float, or ndarray of the same dtype
 ///     Speed at which the distance shrinks, m/s, positive when approaching. At 0 or below the result is inf.
 /// status_out : uint8 ndarray of the shape of the result, optional
@@ -18,8 +19,9 @@ use ttc_fast_core::motion::{self, Rss};
 /// Returns
 /// -------
 /// float or ndarray
-///     Seconds, in [0, inf]: a float for numbers; for arrays, which are read in place and broadcast against each other, an
-///     array of their dtype. An element of which something is NaN, or the speed infinite, is inf and has the status INVALID.
+///     Seconds, in [0, inf]: a float for numbers; for arrays, which are read in place and broadcast against each other,
+///     an array of their dtype. An element of which something is NaN, or the speed infinite, is inf and has the status
+///     INVALID.
 ///
 /// Raises
 /// ------
@@ -60,19 +62,20 @@ pub fn ttc_constant_velocity<'py>(
 /// Parameters
 /// ----------
 /// distance : float, or ndarray of float32 or float64 with 1 or 2 dimensions
-///     Distance to contact, m. 0 or below is contact: the result is 0 while closing and inf while not. +inf is free space.
+///     Distance to contact, m. 0 or below is contact: the result is 0 while closing and inf while not. +inf is free
+///     space.
 /// closing_speed : float, or ndarray of the same dtype
 ///     Speed at which the distance shrinks, m/s, positive when approaching.
 /// closing_acceleration : float, or ndarray of the same dtype
-///     Its derivative, m/s^2: positive when the closing becomes faster, negative when somebody brakes in time.
+///     Derivative of ``closing_speed``, m/s^2: positive when the closing becomes faster, negative when a car brakes.
 /// status_out : uint8 ndarray of the shape of the result, optional
 ///     Where to write the ``Status`` of each element: INVALID, CONTACT, CLEAR, CLOSING or NOT_CLOSING.
 ///
 /// Returns
 /// -------
 /// float or ndarray
-///     Seconds, in [0, inf]; inf where the gap never closes. A float for numbers; for arrays, which are read in place and
-///     broadcast against each other, an array of their dtype. An element of which something is NaN, or speed or
+///     Seconds, in [0, inf]; inf where the gap never closes. A float for numbers; for arrays, which are read in place
+///     and broadcast against each other, an array of their dtype. An element of which something is NaN, or speed or
 ///     acceleration infinite, is inf and has the status INVALID.
 ///
 /// Raises
@@ -84,13 +87,13 @@ pub fn ttc_constant_velocity<'py>(
 ///
 /// Notes
 /// -----
-/// The modified time-to-collision of K. Ozbay et al., Derivation and validation of new simulation-based surrogate safety
-/// measure, Transportation Research Record 2083 (2008), by the form of its root that does not cancel: it becomes
+/// The modified time-to-collision of K. Ozbay et al., Derivation and validation of new simulation-based surrogate
+/// safety measure, Transportation Research Record 2083 (2008), by the form of its root that does not cancel: it becomes
 /// ``distance / closing_speed`` as the acceleration becomes 0.
 ///
 /// Examples
 /// --------
-/// 10 m apart, closing at 10 m/s, somebody brakes with 2 m/s^2: the later root, 8.873 s, would be wrong.
+/// 10 m apart, closing at 10 m/s, and a car brakes with 2 m/s^2: the later root, 8.873 s, would be wrong.
 ///
 /// >>> import ttc_fast
 /// >>> round(ttc_fast.ttc_constant_acceleration(10.0, closing_speed=10.0, closing_acceleration=-2.0), 3)
@@ -121,16 +124,16 @@ pub fn ttc_constant_acceleration<'py>(
 /// Parameters
 /// ----------
 /// distance : float, or ndarray of float32 or float64 with 1 or 2 dimensions
-///     Gap between them, m; 0 or below is contact, +inf nobody ahead.
+///     Gap to the car ahead, m; 0 or below is contact, +inf says that there is none.
 /// speed : float, or ndarray of the same dtype
 ///     The follower's own speed, m/s, positive towards the one ahead.
 ///
 /// Returns
 /// -------
 /// float or ndarray
-///     Seconds, in [0, inf]: inf when the follower does not drive towards the one ahead, 0 in contact while it does.
-///     A float for numbers; for arrays, which are read in place and broadcast against each other, an array of their dtype,
-///     NaN where something is NaN.
+///     Seconds, in [0, inf]: inf when the follower does not drive towards the one ahead, 0 in contact while it does. A
+///     float for numbers; for arrays, which are read in place and broadcast against each other, an array of their
+///     dtype, NaN where something is NaN.
 ///
 /// Raises
 /// ------
@@ -141,8 +144,8 @@ pub fn ttc_constant_acceleration<'py>(
 ///
 /// Notes
 /// -----
-/// K. Vogel, A comparison of headway and time to collision as safety indicators, Accident Analysis and Prevention 35 (2003);
-/// here the gap counts, from bumper to bumper.
+/// K. Vogel, A comparison of headway and time to collision as safety indicators, Accident Analysis and Prevention 35
+/// (2003); here the gap counts, from bumper to bumper.
 ///
 /// Examples
 /// --------
@@ -161,15 +164,15 @@ pub fn time_headway<'py>(distance: &Bound<'py, PyAny>, speed: &Bound<'py, PyAny>
 /// Parameters
 /// ----------
 /// distance : float, or ndarray of float32 or float64 with 1 or 2 dimensions
-///     Distance to contact, m; 0 or below is contact, +inf nobody ahead.
+///     Distance to contact, m; 0 or below is contact, +inf says that nothing is ahead.
 /// closing_speed : float, or ndarray of the same dtype
 ///     Speed at which the distance shrinks, m/s, positive when approaching.
 ///
 /// Returns
 /// -------
 /// float or ndarray
-///     m/s^2, in [0, inf]: 0 when not closing, inf in contact while closing. A float for numbers; for arrays, which are read
-///     in place and broadcast against each other, an array of their dtype, NaN where something is NaN.
+///     m/s^2, in [0, inf]: 0 when not closing, inf in contact while closing. A float for numbers; for arrays, which are
+///     read in place and broadcast against each other, an array of their dtype, NaN where something is NaN.
 ///
 /// Raises
 /// ------
@@ -180,8 +183,8 @@ pub fn time_headway<'py>(distance: &Bound<'py, PyAny>, speed: &Bound<'py, PyAny>
 ///
 /// Notes
 /// -----
-/// D. F. Cooper, N. Ferguson, Traffic studies at T-junctions, Traffic Engineering and Control 17 (1976), for one who begins
-/// to brake at once, behind somebody of constant speed.
+/// D. F. Cooper, N. Ferguson, Traffic studies at T-junctions, Traffic Engineering and Control 17 (1976), for one who
+/// begins to brake at once, behind a car of constant speed.
 ///
 /// Examples
 /// --------
@@ -206,7 +209,7 @@ pub fn deceleration_to_avoid_crash<'py>(
 /// speed : float, or ndarray of float32 or float64 with 1 or 2 dimensions
 ///     m/s; forward or reverse, only its magnitude counts.
 /// deceleration : float, or ndarray of the same dtype
-///     What the brakes give, m/s^2, above 0.
+///     Deceleration of the brakes, m/s^2, above 0.
 /// reaction_time : float, or ndarray of the same dtype
 ///     Time until they do, s, at least 0.
 ///
@@ -221,7 +224,8 @@ pub fn deceleration_to_avoid_crash<'py>(
 /// TypeError
 ///     If an array has another dtype than float32 or float64, or two have different ones.
 /// ValueError
-///     If a number is not finite, ``deceleration`` not above 0 or ``reaction_time`` below 0, or shapes do not broadcast.
+///     If a number is not finite, ``deceleration`` not above 0 or ``reaction_time`` below 0, or shapes do not
+///     broadcast.
 ///
 /// Notes
 /// -----
@@ -269,8 +273,8 @@ pub fn stopping_distance<'py>(
 /// Returns
 /// -------
 /// float or ndarray
-///     m, at least 0. A float for numbers; for arrays, which are read in place and broadcast against each other, an array of
-///     their dtype, NaN where something is NaN or out of its domain.
+///     m, at least 0. A float for numbers; for arrays, which are read in place and broadcast against each other, an
+///     array of their dtype, NaN where something is NaN or out of its domain.
 ///
 /// Raises
 /// ------
@@ -281,10 +285,10 @@ pub fn stopping_distance<'py>(
 ///
 /// Notes
 /// -----
-/// ``max(0, v_r t + a t^2 / 2 + (v_r + a t)^2 / (2 b_min) - v_f^2 / (2 b_max))``: S. Shalev-Shwartz, S. Shammah,
-/// A. Shashua, On a formal model of safe and scalable self-driving cars, arXiv 1708.06374 (2017), lemma 2. The paper has
-/// speeds of at least 0; here ``v |v|`` stands for each ``v^2``, so that noise about the 0 of a standing car makes no jump.
-/// Oncoming traffic has another formula, lemma 3, which this is not.
+/// ``max(0, v_r t + a t^2 / 2 + (v_r + a t)^2 / (2 b_min) - v_f^2 / (2 b_max))``: S. Shalev-Shwartz, S. Shammah, A.
+/// Shashua, On a formal model of safe and scalable self-driving cars, arXiv 1708.06374 (2017), lemma 2. The paper has
+/// speeds of at least 0; here ``v |v|`` stands for each ``v^2``, so that noise about the 0 of a standing car makes no
+/// jump. Oncoming traffic has another formula, lemma 3, which this is not.
 ///
 /// Examples
 /// --------

@@ -1,16 +1,15 @@
 //! `SweptPath`.
 
 use crate::array::{empty, output_apart, refuse_same_memory};
-use crate::ego_motion::{MotionArguments, Motions};
-use crate::errors::{check_no_data, no_data, value_error, value_error_in_row};
-use crate::gil::release;
-use crate::level;
-use crate::nearest_point::{NearestPoint, NearestPointBatch};
-use crate::points::{AnyPoints, Frames};
+use crate::macros::{for_each_type, results, settings};
+use crate::points::Frames;
+use crate::scan_query::{MotionArguments, Motions};
+use crate::util::run::{level, release};
+use crate::util::{check_no_data, no_data, value_error, value_error_in_row};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyFloat};
+use pyo3::types::PyFloat;
 use ttc_fast_core::column::TableMut;
 use ttc_fast_core::path;
 use ttc_fast_core::points::Points;
@@ -19,19 +18,19 @@ use ttc_fast_core::vehicle::{Motion, Outline};
 
 /// Time until points enter the vehicle's outline, if it goes on moving as it does.
 ///
-/// Unlike iTTC, which is the time in which a beam would shrink to nothing, this is the time to contact: walls beside the car
-/// do not count, and a point off its axis counts when the outline gets there. Made once for a vehicle, then called for
-/// every frame. Immutable, and usable from many threads.
+/// Unlike iTTC, which is the time in which a beam would shrink to nothing, this is the time to contact: walls beside
+/// the car do not count, and a point off its axis counts when the outline gets there. Made once for a vehicle, then
+/// called for every frame. Immutable, and usable from many threads.
 ///
 /// Parameters
 /// ----------
 /// outline : (float, float, float, float)
-///     (x_rear, x_front, y_right, y_left) of the vehicle in its own frame, m; rear and right usually negative. Widen it for a
-///     margin.
+///     (x_rear, x_front, y_right, y_left) of the vehicle in its own frame, m; rear and right usually negative. Widen it
+///     for a margin.
 /// horizon : float
 ///     How far ahead to look, s, at most 1e6. What enters later does not count.
 /// no_data : float, optional
-///     What ``min`` gives for a cloud without a valid point. By default that raises ``NoDataError``.
+///     The time that ``min`` gives for a cloud without a valid point. Without it, ``min`` raises ``NoDataError``.
 ///
 /// Raises
 /// ------
@@ -42,25 +41,26 @@ use ttc_fast_core::vehicle::{Motion, Outline};
 ///
 /// Notes
 /// -----
-/// With speed and yaw rate constant, rigid-body kinematics say that a static point moves by dp/dt = -(v + omega x p) in the
-/// vehicle frame: on a circle about the instantaneous centre of rotation, on a line when driving straight. The line of each
-/// edge is crossed at the roots of a quadratic in tan(omega t / 2) / omega, which is exact, takes no time steps, and is smooth
-/// as omega goes to 0. A static world is assumed, and that speed and yaw rate stay as they are.
+/// With speed and yaw rate constant, rigid-body kinematics say that a static point moves by dp/dt = -(v + omega x p) in
+/// the vehicle frame: on a circle about the instantaneous centre of rotation, on a line when driving straight. The line
+/// of each edge is crossed at the roots of a quadratic in tan(omega t / 2) / omega, which is exact, takes no time
+/// steps, and is smooth as omega goes to 0. A static world is assumed, and that speed and yaw rate stay as they are.
 ///
 /// The edges belong to the outline, and so does what passes them closer than 1e-11 of the way that points may come from
-/// (about a nanometre on the road): touching is entering. A point that is inside now is in contact. In its present direction
-/// it moves along a chord of the outline. It has time inf if the end that it goes to is nearer than the one that it comes
-/// from, which is the way out, or if it stands; else 0, however deep inside it is. Its clearance is that to the nearest
-/// edge, negative, and its closing speed says how fast that shrinks; of edges equally near, the one that it gets away from
-/// fastest decides.
+/// (about a nanometre on the road): touching is entering. A point that is inside now is in contact. In its present
+/// direction it moves along a chord of the outline. It has time inf if the end that it goes to is nearer than the one
+/// that it comes from, which is the way out, or if it stands; else 0, however deep inside it is. Its clearance is that
+/// to the nearest edge, negative, and its closing speed says how fast that shrinks; of edges equally near, the one that
+/// it gets away from fastest decides.
 ///
-/// Points are what is to be avoided: the road is to be cut from a lidar cloud first. A z is only read to see which points are
-/// valid: rows with a non-finite x, y or z never count, nor do rows that are 0 in each of them, which drivers write where nothing
-/// came back. Of points with x and y alone that is one at exactly (0, 0), the vehicle's origin, which no sensor measures. Where
-/// points are moved into the vehicle frame, such rows have to be left out before: moved, they are returns inside the outline.
+/// Points are what is to be avoided: the road is to be cut from a lidar cloud first. A z is only read to see which
+/// points are valid: rows with a non-finite x, y or z never count, nor do rows that are 0 in each of them, which
+/// drivers write where nothing came back. Of points with x and y alone that is one at exactly (0, 0), the vehicle's
+/// origin, which no sensor measures. Where points are moved into the vehicle frame, such rows have to be left out
+/// before: moved, they are returns inside the outline.
 ///
-/// Arrays are read in place. Another thread that writes to one meanwhile may give a mix of two frames, never a read out of
-/// bounds.
+/// Arrays are read in place. Another thread that writes to one meanwhile may give a mix of two frames, never a read out
+/// of bounds.
 ///
 /// Examples
 /// --------
@@ -80,15 +80,11 @@ use ttc_fast_core::vehicle::{Motion, Outline};
 ///
 /// >>> round(path.min(walls, 5.0, yaw_rate=2.0), 3)
 /// 0.368
-#[pyclass(frozen, eq, module = "ttc_fast")]
-#[derive(PartialEq)]
+#[pyclass(frozen, module = "ttc_fast")]
 pub struct SweptPath {
     path: path::SweptPath,
     no_data: Option<f64>,
 }
-
-/// (x_rear, x_front, y_right, y_left)
-type Edges = (f64, f64, f64, f64);
 
 #[pymethods]
 impl SweptPath {
@@ -98,30 +94,30 @@ impl SweptPath {
         check_no_data(no_data)?;
         let [x_rear, x_front, y_right, y_left] = outline;
         let outline = Outline { x_rear, x_front, y_right, y_left };
-        let path = path::SweptPath::new(outline, horizon, level::current()).map_err(value_error)?;
+        let path = path::SweptPath::new(outline, horizon, level()).map_err(value_error)?;
         Ok(SweptPath { path, no_data })
     }
 
-    /// Least time until a point enters the outline, s.
+    /// Return the least time until a point enters the outline, s.
     ///
     /// Parameters
     /// ----------
     /// points : ndarray, record array or tuple of arrays, float32 or float64
-    ///     In the vehicle frame (x forward, y left), m: rows of shape (N, 2) or wider, records with fields x and y, or a tuple
-    ///     of columns (x, y) or (x, y, z); read in place, whatever the stride and alignment. One dimension more is a batch
-    ///     of B clouds.
+    ///     Points in the vehicle frame (x forward, y left), m: rows of shape (N, 2) or wider, records with fields x and
+    ///     y, or a tuple of columns (x, y) or (x, y, z); read in place, whatever the stride and alignment. One
+    ///     dimension more is a batch of B clouds.
     /// speed : float, or (B,) for a batch
-    ///     Of the vehicle's origin, forward, m/s; negative when reversing. Odometry without a sign would take reversing for
-    ///     driving forward.
+    ///     Forward speed of the vehicle's origin, m/s; negative when reversing. Odometry without a sign would take
+    ///     reversing for driving forward.
     /// yaw_rate : float, or (B,) for a batch
-    ///     Counter-clockwise, rad/s.
+    ///     Yaw rate, counter-clockwise, rad/s.
     /// lateral_speed : float, or (B,) for a batch
-    ///     To the left, m/s.
+    ///     Speed of the vehicle's origin to the left, m/s.
     ///
     /// Returns
     /// -------
     /// float, or float64 ndarray of shape (B,)
-    ///     In [0, inf]; infinite when no point enters within the horizon.
+    ///     A time in [0, inf]; infinite when no point enters within the horizon.
     ///
     /// Raises
     /// ------
@@ -151,10 +147,7 @@ impl SweptPath {
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (frames, motions) = self.look(points, MotionArguments { speed, yaw_rate, lateral_speed })?;
-        let each = match frames.points() {
-            AnyPoints::Single(points) => self.min_each(py, &points, &motions, frames.is_batch()),
-            AnyPoints::Double(points) => self.min_each(py, &points, &motions, frames.is_batch()),
-        }?;
+        let each = for_each_type!(frames.points(), points => self.min_each(py, &points, &motions, frames.is_batch()))?;
         Ok(if frames.is_batch() {
             PyArray1::from_vec(py, each).into_any()
         } else {
@@ -162,23 +155,23 @@ impl SweptPath {
         })
     }
 
-    /// The point that is hit first, and everything that says why.
+    /// Return the point that is hit first, and everything that says why.
     ///
     /// Parameters
     /// ----------
     /// points, speed, yaw_rate, lateral_speed
-    ///     As in ``min``.
+    ///     These are as in ``min``.
     ///
     /// Returns
     /// -------
     /// NearestPoint, or NearestPointBatch for a batch
-    ///     ``ttc``, ``status``, ``index``, ``x``, ``y``, ``clearance``, ``closing_speed`` and ``counts``. A cloud without a
-    ///     valid point has status NO_DATA (and ttc inf); nothing is raised for it.
+    ///     ``ttc``, ``status``, ``index``, ``x``, ``y``, ``clearance``, ``closing_speed`` and ``counts``. A cloud
+    ///     without a valid point has status NO_DATA (and ttc inf); nothing is raised for it.
     ///
     /// Raises
     /// ------
     /// TypeError, ValueError
-    ///     As ``min``.
+    ///     As in ``min``.
     ///
     /// Examples
     /// --------
@@ -198,10 +191,7 @@ impl SweptPath {
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (frames, motions) = self.look(points, MotionArguments { speed, yaw_rate, lateral_speed })?;
-        let each = match frames.points() {
-            AnyPoints::Single(points) => self.nearest_each(py, &points, &motions),
-            AnyPoints::Double(points) => self.nearest_each(py, &points, &motions),
-        }?;
+        let each = for_each_type!(frames.points(), points => self.nearest_each(py, &points, &motions))?;
         Ok(if frames.is_batch() {
             Bound::new(py, NearestPointBatch(each))?.into_any()
         } else {
@@ -209,29 +199,30 @@ impl SweptPath {
         })
     }
 
-    /// Time until each point enters the outline, s.
+    /// Return the time until each point enters the outline, s.
     ///
     /// Computed in float64 as in ``min``, then rounded to the dtype of ``points``.
     ///
     /// Parameters
     /// ----------
     /// points, speed, yaw_rate, lateral_speed
-    ///     As in ``min``.
+    ///     These are as in ``min``.
     /// out : ndarray of the dtype of ``points`` and shape (N,) or (B, N), optional
     ///     Where to write the result.
     /// status_out : uint8 ndarray of that shape, optional
-    ///     Where to write the ``Status`` of each point: NOT_CLOSING where it does not enter within the horizon, CLOSING where
-    ///     it does, CONTACT inside the outline, INVALID where it is none.
+    ///     Where to write the ``Status`` of each point: NOT_CLOSING where it does not enter within the horizon, CLOSING
+    ///     where it does, CONTACT inside the outline, INVALID where it is none.
     ///
     /// Returns
     /// -------
     /// ndarray
-    ///     In [0, inf], of the dtype of ``points`` and shape (N,) or (B, N); ``out`` if given. Infinite where a point is invalid.
+    ///     Times in [0, inf], of the dtype of ``points`` and shape (N,) or (B, N); ``out`` if given. Infinite where a
+    ///     point is invalid.
     ///
     /// Raises
     /// ------
     /// TypeError, ValueError
-    ///     As ``min``; also for an ``out`` or ``status_out`` of another dtype or shape, read-only or overlapping.
+    ///     As in ``min``; also for an ``out`` or ``status_out`` of another dtype or shape, read-only or overlapping.
     ///
     /// Examples
     /// --------
@@ -257,46 +248,22 @@ impl SweptPath {
         let status = status_out.map(|array| output_apart::<u8>("status_out", array, shape, inputs)).transpose()?;
         refuse_same_memory(out, status_out)?;
         let made = out.map_or_else(|| empty(py, shape, frames.points().dtype()), |out| Ok(out.clone()))?;
-        match frames.points() {
-            AnyPoints::Single(points) => {
-                let out = output_apart("out", &made, shape, inputs)?;
-                self.per_point_each(py, &points, &motions, out, status)?;
-            }
-            AnyPoints::Double(points) => {
-                let out = output_apart("out", &made, shape, inputs)?;
-                self.per_point_each(py, &points, &motions, out, status)?;
-            }
-        }
+        for_each_type!(frames.points(), points => {
+            let out = output_apart("out", &made, shape, inputs)?;
+            self.per_point_each(py, &points, &motions, out, status)?;
+        });
         Ok(made)
     }
+}
 
-    /// (x_rear, x_front, y_right, y_left) of the vehicle, m.
-    #[getter]
-    fn outline(&self) -> Edges {
-        let Outline { x_rear, x_front, y_right, y_left } = self.path.outline();
-        (x_rear, x_front, y_right, y_left)
-    }
-
-    /// How far ahead it looks, s.
-    #[getter]
-    fn horizon(&self) -> f64 {
-        self.path.horizon()
-    }
-
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((Edges,), Bound<'py, PyDict>)> {
-        let keywords = PyDict::new(py);
-        keywords.set_item("horizon", self.horizon())?;
-        keywords.set_item("no_data", self.no_data)?;
-        Ok(((self.outline(),), keywords))
-    }
-
-    fn __repr__(&self) -> String {
-        let no_data = self.no_data.map_or_else(String::new, |no_data| format!(", no_data={no_data:?}"));
-        format!("SweptPath({:?}, horizon={:?}{no_data})", self.outline(), self.horizon())
-    }
-
-    fn __hash__(&self) -> u64 {
-        crate::hash(&self.__repr__())
+settings! {
+    value SweptPath |it, py| {
+        outline: {
+            let Outline { x_rear, x_front, y_right, y_left } = it.path.outline();
+            (x_rear, x_front, y_right, y_left)
+        },
+        horizon: it.path.horizon(),
+        no_data: it.no_data,
     }
 }
 
@@ -367,4 +334,38 @@ fn each<T: Real, R: Send>(
     mut work: impl FnMut(usize, Motion) -> PyResult<R> + Send,
 ) -> PyResult<Vec<R>> {
     release(py, points.len(), || (0..points.count()).map(|row| work(row, motions.row(row))).collect())
+}
+
+/// The point that is hit first, and everything that says why.
+///
+/// Attributes
+/// ----------
+/// ttc : float
+///     The least time until a point enters the outline, s, in [0, inf].
+/// status : Status
+///     What ``ttc`` means: NO_DATA without a valid point, NOT_CLOSING where none enters within the horizon, CLOSING,
+///     CONTACT.
+/// index : int
+///     The point that decided: the one of ``ttc``, else the first in contact, else -1.
+/// x, y : float
+///     The place of that point now, in the vehicle frame, m. This and the next two are NaN without a point.
+/// clearance : float
+///     The distance from the outline to the point now, m, in a straight line. It is negative inside, where it is that
+///     to the nearest edge.
+/// closing_speed : float
+///     How fast the clearance shrinks now, m/s.
+/// counts : Counts
+///     How many points are ``valid``, ``invalid`` and in ``contact``. The other counts belong to scanners, and are 0.
+#[pyclass(frozen, module = "ttc_fast")]
+pub struct NearestPoint(pub path::NearestPoint);
+
+/// ``NearestPoint`` of a batch: each field is an array of shape (B,), and ``batch[i]`` is the ``NearestPoint`` of one
+/// cloud.
+#[pyclass(frozen, sequence, module = "ttc_fast")]
+pub struct NearestPointBatch(pub Vec<path::NearestPoint>);
+
+results! {
+    NearestPoint, NearestPointBatch of "cloud": path::NearestPoint {
+        ttc "s", status "", index "", x "m", y "m", clearance "m", closing_speed "m/s", counts ""
+    }
 }

@@ -1,7 +1,8 @@
 //! Point clouds and positions in a picture from Python, in place, whatever their layout.
 
-use crate::array::{Element, as_array, columns, grid, is_records, refuse_masked, type_name, wrong_dtype};
-use crate::errors::value_error;
+use crate::array::{Element, as_array, columns, grid, is_records, refuse_masked, wrong_dtype};
+use crate::macros::{ByType, for_each_type};
+use crate::util::{type_name, value_error};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -10,7 +11,7 @@ use ttc_fast_core::column::{Column, Table};
 use ttc_fast_core::points::{Intensity, Points};
 use ttc_fast_core::real::Real;
 
-/// Points have fewer numbers than this; an array of points as columns has more.
+/// A point has at most this many numbers. An array whose last axis is longer is taken for one that is transposed.
 const WIDEST_POINT: usize = 64;
 
 type Array<'py> = Bound<'py, PyUntypedArray>;
@@ -28,13 +29,7 @@ enum Arrays<'py> {
 }
 
 /// Points, by the type of their coordinates.
-#[derive(Clone, Copy)]
-pub enum AnyPoints<'a> {
-    /// float32
-    Single(Points<'a, f32>),
-    /// float64
-    Double(Points<'a, f64>),
-}
+pub type AnyPoints<'a> = ByType<Points<'a, f32>, Points<'a, f64>>;
 
 impl AnyPoints<'_> {
     /// The name of the type of their coordinates.
@@ -47,10 +42,7 @@ impl AnyPoints<'_> {
 
     /// How many there are.
     pub fn len(&self) -> usize {
-        match self {
-            AnyPoints::Single(points) => points.len(),
-            AnyPoints::Double(points) => points.len(),
-        }
+        for_each_type!(self, points => points.len())
     }
 }
 
@@ -144,7 +136,8 @@ impl<'py> Cloud<'py> {
     }
 }
 
-/// Points in a plane: one cloud or, with a dimension more, a batch of them. A z that there is only says which are valid.
+/// Points in a plane: one cloud or, with a dimension more, a batch of them. A z that there is only says which are
+/// valid.
 pub struct Frames<'py> {
     points: AnyPoints<'py>,
     shape: Vec<usize>,
@@ -331,21 +324,12 @@ pub struct Pixels<'py> {
 }
 
 /// x and y of positions, by their type.
-#[derive(Clone, Copy)]
-pub enum AnyPixels<'a> {
-    /// float32
-    Single([Column<'a, f32>; 2]),
-    /// float64
-    Double([Column<'a, f64>; 2]),
-}
+pub type AnyPixels<'a> = ByType<[Column<'a, f32>; 2], [Column<'a, f64>; 2]>;
 
 impl AnyPixels<'_> {
     /// How many there are.
     pub fn len(&self) -> usize {
-        match self {
-            AnyPixels::Single([x, _]) => x.len(),
-            AnyPixels::Double([x, _]) => x.len(),
-        }
+        for_each_type!(self, positions => positions[0].len())
     }
 
     /// The name of their type.

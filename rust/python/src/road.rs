@@ -1,13 +1,16 @@
 //! `Road`, and `fit_road`, which finds it.
 
-use crate::errors::value_error;
-use crate::gil::release;
-use crate::points::{AnyPoints, Cloud};
-use crate::{axes, enums};
+use crate::macros::{Value, for_each_type, results, settings};
+use crate::points::Cloud;
+use crate::util::enums::axes as axes_named;
+use crate::util::run::release;
+use crate::util::{count, value_error};
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use std::hash::Hash;
 use ttc_fast_core::cloud::{self, Interval};
-use ttc_fast_core::road::{self, RoadSearch};
+use ttc_fast_core::road::{self, Refusal, RoadSearch, RoadStatus};
 
 /// The road as a plane, ``z = slope_x x + slope_y y + offset``.
 ///
@@ -31,8 +34,7 @@ use ttc_fast_core::road::{self, RoadSearch};
 /// >>> road = ttc_fast.Road(0.02, 0.0, -1.73)
 /// >>> round(road.height(10.0, 0.0, -1.03), 3)
 /// 0.5
-#[pyclass(frozen, eq, module = "ttc_fast")]
-#[derive(Clone, Copy, PartialEq)]
+#[pyclass(frozen, module = "ttc_fast")]
 pub struct Road(pub cloud::Road);
 
 #[pymethods]
@@ -43,22 +45,7 @@ impl Road {
         road.checked().map(Road).map_err(value_error)
     }
 
-    #[getter]
-    fn slope_x(&self) -> f64 {
-        self.0.slope_x
-    }
-
-    #[getter]
-    fn slope_y(&self) -> f64 {
-        self.0.slope_y
-    }
-
-    #[getter]
-    fn offset(&self) -> f64 {
-        self.0.offset
-    }
-
-    /// Height of a point above the road, m.
+    /// Return the height of a point above the road, m.
     ///
     /// Parameters
     /// ----------
@@ -82,21 +69,16 @@ impl Road {
     fn height(&self, x: f64, y: f64, z: f64) -> f64 {
         self.0.height(x, y, z)
     }
+}
 
-    fn __getnewargs__(&self) -> (f64, f64, f64) {
-        (self.0.slope_x, self.0.slope_y, self.0.offset)
-    }
-
-    pub fn __repr__(&self) -> String {
-        let cloud::Road { slope_x, slope_y, offset } = self.0;
-        format!("Road(slope_x={slope_x:?}, slope_y={slope_y:?}, offset={offset:?})")
-    }
+settings! {
+    value Road |it, py| { slope_x: it.0.slope_x, slope_y: it.0.slope_y, offset: it.0.offset }
 }
 
 /// The road of a cloud, or why there is none, and what that rests on.
 ///
-/// The numbers are those of the best plane, also when it was refused: compared with what was asked for they say how far off
-/// it was.
+/// The numbers are those of the best plane, also when it was refused: compared with what was asked for they say how far
+/// off it was.
 ///
 /// Attributes
 /// ----------
@@ -105,103 +87,101 @@ impl Road {
 /// status : RoadStatus
 ///     FOUND, NOT_FOUND, or NO_DATA when the cloud holds no valid point.
 /// reason : str
-///     Why there is none; empty when found.
+///     Why there is no road; empty when one was found.
 /// inliers : int
 ///     Points of the road: those near it, in patches that agree.
 /// patches : int
 ///     Square metres of ground that agree with it.
 /// share : float
-///     How many of all square metres with a point that is, in [0, 1].
+///     The part of all square metres with a point that agrees with it, in [0, 1].
 /// width : float
-///     How wide the road that is seen is in its narrowest direction, m: of an even strip with the same spread.
+///     Width of the road that is seen in its narrowest direction, m: that of an even strip with this spread.
 /// rms : float
 ///     Root mean square of the heights of patches above it, m: how rough or bent it is. NaN when no plane was fitted.
 #[pyclass(frozen, module = "ttc_fast")]
-pub struct RoadFit(road::RoadFit);
+pub struct RoadFit(Fit);
 
-#[pymethods]
-impl RoadFit {
-    #[getter]
-    fn road(&self) -> Option<Road> {
-        self.0.road.ok().map(Road)
+results! {
+    RoadFit: Fit { road "", status "", reason "", inliers "", patches "", share "", width "m", rms "m" }
+}
+
+/// A fit as Python sees it: the road or why there is none in fields of their own.
+#[derive(Clone, Copy)]
+struct Fit {
+    road: Option<cloud::Road>,
+    status: RoadStatus,
+    reason: Option<Refusal>,
+    inliers: usize,
+    patches: usize,
+    share: f64,
+    width: f64,
+    rms: f64,
+}
+
+impl From<road::RoadFit> for Fit {
+    fn from(fit: road::RoadFit) -> Self {
+        let (status, reason) = (fit.status(), fit.road.err());
+        let road::RoadFit { road, inliers, patches, share, width, rms } = fit;
+        Fit { road: road.ok(), status, reason, inliers, patches, share, width, rms }
+    }
+}
+
+impl Value for Option<cloud::Road> {
+    fn to_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.map(Road).into_bound_py_any(py)
     }
 
-    #[getter]
-    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        enums::road_status(py, self.0.status())
+    fn from_python(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(object.extract::<Option<PyRef<'_, Road>>>()?.map(|road| road.0))
     }
 
-    #[getter]
-    fn reason(&self) -> &'static str {
-        self.0.road.err().map_or("", road::Refusal::reason)
+    fn key(&self) -> impl PartialEq + Hash + use<> {
+        self.map(|road| (road.slope_x.key(), road.slope_y.key(), road.offset.key()))
+    }
+}
+
+/// A reason in words, which are none where there is a road.
+impl Value for Option<Refusal> {
+    fn to_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.map_or("", Refusal::reason).into_bound_py_any(py)
     }
 
-    #[getter]
-    fn inliers(&self) -> usize {
-        self.0.inliers
+    fn from_python(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let words: String = object.extract()?;
+        let found = Refusal::ALL.into_iter().find(|refusal| refusal.reason() == words);
+        if found.is_some() || words.is_empty() { Ok(found) } else { Err(PyValueError::new_err("reason is not known")) }
     }
 
-    #[getter]
-    fn patches(&self) -> usize {
-        self.0.patches
-    }
-
-    #[getter]
-    fn share(&self) -> f64 {
-        self.0.share
-    }
-
-    #[getter]
-    fn width(&self) -> f64 {
-        self.0.width
-    }
-
-    #[getter]
-    fn rms(&self) -> f64 {
-        self.0.rms
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let road::RoadFit { road, inliers, patches, share, width, rms } = self.0;
-        let status = self.status(py)?.getattr("name")?;
-        let found = match road {
-            Ok(cloud::Road { slope_x, slope_y, offset }) => {
-                format!("road=Road(slope_x={slope_x:.4}, slope_y={slope_y:.4}, offset={offset:.4})")
-            }
-            Err(refusal) => format!("reason='{}'", refusal.reason()),
-        };
-        Ok(format!(
-            "RoadFit(status={status}, {found}, inliers={inliers}, patches={patches}, share={share:.2}, \
-             width={width:.1}, rms={rms:.4})"
-        ))
+    fn key(&self) -> impl PartialEq + Hash + use<> {
+        self.map(Refusal::reason)
     }
 }
 
 /// Find the road in a cloud, as a plane that a ``Gate`` can stand on.
 ///
-/// The ground is cut into patches of a square metre, so that the road far away counts as much as the thousands of points in
-/// front of the bumper. The plane that most patches agree with is fitted to them. Cars, walls and kerbs do not lift it, nor do
-/// reflections below it pull it down, as long as it is the largest flat thing that could be the road. Nothing is random: the
-/// same cloud gives the same road, whatever its layout.
+/// The ground is cut into patches of a square metre, so that the road far away counts as much as the thousands of
+/// points in front of the bumper. The plane that most patches agree with is fitted to them. Cars, walls and kerbs do
+/// not lift it, nor do reflections below it pull it down, as long as it is the largest flat thing that could be the
+/// road. Nothing is random: a cloud gives one road, whatever its layout.
 ///
 /// Parameters
 /// ----------
 /// points : ndarray or tuple of ndarray
-///     As for ``robust_min_x``. Intensity is not looked at.
+///     Points as for ``robust_min_x``. Their intensity does not matter.
 /// sensor_height : float
-///     Of the sensor, or whatever the origin of the points is, above the road, m.
+///     Height of the sensor, or of any other origin of the points, above the road, m.
 /// x, y : (float, float)
-///     Where to look, forward and left, m.
+///     The region to look at, forward and left, m.
 /// axes : (str, str, str)
 ///     Which stored coordinate is forward, left and up, as for ``Gate``.
 /// height_tolerance : float
-///     How wrong ``sensor_height`` may be, m. The smaller the safer: where the road itself is hardly seen, a large flat thing
-///     this little above it (the deck of a trailer) is taken for the road, and a gate above that misses it.
+///     How wrong ``sensor_height`` may be, m. The smaller the safer: where the road itself is hardly seen, a large flat
+///     thing this little above it (the deck of a trailer) is taken for the road, and a gate above that misses it.
 /// max_slope : float
 ///     The steepest road, as rise per metre, forward and to the left each. Pitch and roll of the sensor are part of it.
 /// tolerance : float
-///     A patch higher above the road than this, m, is no part of it, as a kerb is not; nor is one twice as far below. Nearer
-///     ones count the less the farther they are.
+///     A patch higher above the road than this, m, is no part of it, as a kerb is not; nor is one twice as far below.
+///     Nearer ones count the less the farther they are.
 /// min_patches : int
 ///     How many square metres of road must be seen.
 /// min_width : float
@@ -223,10 +203,10 @@ impl RoadFit {
 ///
 /// Notes
 /// -----
-/// The ground of a patch is the lowest of its voxels, 0.2 m high, but for a tenth of its points. Planes on a grid of slopes
-/// and heights are voted on by the patches, each with the part of its points that is near its ground, and the winner is
-/// refined by iteratively reweighted least squares with Tukey's biweight [Beaton and Tukey 1974], twice as wide below the
-/// plane as above it. Sums are in float64; the reference agrees to 1e-9.
+/// The ground of a patch is the lowest of its voxels, 0.2 m high, but for a tenth of its points. Planes on a grid of
+/// slopes and heights are voted on by the patches, each with the part of its points that is near its ground, and the
+/// winner is refined by iteratively reweighted least squares with Tukey's biweight [Beaton and Tukey 1974], twice as
+/// wide below the plane as above it. Sums are in float64; the reference agrees to 1e-9.
 ///
 /// A road that bends upwards or downwards within the region is no plane: narrow ``x`` then, and look at ``rms``.
 ///
@@ -265,9 +245,7 @@ pub fn fit_road(
     min_width: f64,
     min_share: f64,
 ) -> PyResult<RoadFit> {
-    let axes = axes::parse(axes)?;
-    let min_patches = usize::try_from(min_patches)
-        .map_err(|_| PyValueError::new_err(format!("min_patches must be at least 1, got {min_patches}")))?;
+    let (axes, min_patches) = (axes_named(axes)?, count("min_patches", min_patches, 1)?);
     let search = RoadSearch {
         sensor_height,
         x,
@@ -282,9 +260,6 @@ pub fn fit_road(
     };
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
-    let fit = release(py, 3 * points.len(), || match points {
-        AnyPoints::Single(points) => road::fit_road(&points, &search),
-        AnyPoints::Double(points) => road::fit_road(&points, &search),
-    });
-    fit.map(RoadFit).map_err(value_error)
+    let fit = release(py, 3 * points.len(), || for_each_type!(points, points => road::fit_road(&points, &search)));
+    fit.map(|fit| RoadFit(fit.into())).map_err(value_error)
 }

@@ -1,10 +1,10 @@
 //! `ScanTTC`.
 
-use crate::beams::Asked;
-use crate::ego_motion::MotionArguments;
-use crate::errors::value_error;
-use crate::level;
-use crate::minimum::minimum;
+use crate::estimators::{beam_vote, beam_vote_object};
+use crate::macros::settings;
+use crate::scan_query::{BeamQuery, MotionArguments};
+use crate::util::run::level;
+use crate::util::{check_no_data, count, threads, value_error};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -16,16 +16,16 @@ use ttc_fast_core::vehicle::{Mount, Outline};
 ///
 /// Made once for a scanner, then called for every scan. Immutable, and usable from many threads.
 ///
-/// Each beam's iTTC is its clearance over the speed at which the sensor moves along it. The sensor's velocity is that of
-/// the vehicle's origin plus yaw rate times mount position. A static world is assumed: what moves by itself is not seen
-/// to close faster.
+/// Each beam's iTTC is its clearance over the speed at which the sensor moves along it. The sensor's velocity is that
+/// of the vehicle's origin plus yaw rate times mount position. A static world is assumed: what moves by itself is not
+/// seen to close faster.
 ///
 /// Parameters
 /// ----------
 /// angle_min : float
 ///     Direction of the first beam in the sensor frame, rad; 0 is the sensor's forward, counter-clockwise is positive.
 /// angle_increment : float
-///     From one beam to the next, rad; negative for a scanner that turns clockwise.
+///     Angle from one beam to the next, rad; negative for a scanner that turns clockwise.
 /// beams : int
 ///     Number of beams.
 /// range_min, range_max : float
@@ -39,23 +39,24 @@ use ttc_fast_core::vehicle::{Mount, Outline};
 /// mount : (float, float, float)
 ///     x, y (m) and yaw (rad) of the sensor in the vehicle frame.
 /// outline : (float, float, float, float), optional
-///     (x_rear, x_front, y_right, y_left) of the vehicle in its own frame, m; rear and right usually negative. Clearance is
-///     range less the way to the outline along the beam; without an outline it is the range. Beams of a sensor outside
-///     the outline that look at the vehicle are masked. A reading inside the outline is CONTACT.
+///     (x_rear, x_front, y_right, y_left) of the vehicle in its own frame, m; rear and right usually negative.
+///     Clearance is range less the way to the outline along the beam; without an outline it is the range. Beams of a
+///     sensor outside the outline that look at the vehicle are masked. A reading inside the outline is CONTACT.
 /// mask : bool sequence of length ``beams``, optional
 ///     True where a beam is to be ignored (one's own antenna).
 /// min_closing_speed : float
 ///     Closing at or below this, m/s, is not closing.
 /// too_close : {"hit", "ignore"}
-///     What -inf means: a hit at ``range_min``, or nothing.
+///     Meaning of -inf: a hit at ``range_min``, or nothing.
 /// no_data : float, optional
-///     What ``min`` gives for a scan in which nothing valid was observed. By default that raises ``NoDataError``.
+///     The time that ``min`` gives for a scan in which nothing valid was observed. Without it, ``min`` raises
+///     ``NoDataError``.
 /// minimum : KthSmallest or NeighbourSupport, optional
 ///     How a speckle is outvoted; by default the nearest beam decides. Where too few beams close for a vote, the plain
 ///     nearest is given, with status TOO_FEW.
 /// threads : int
-///     How many threads may share a batch in ``min`` and ``nearest``. One scan is always the work of one thread, and no answer
-///     depends on it.
+///     How many threads may share a batch in ``min`` and ``nearest``. One scan is always the work of one thread, and no
+///     answer depends on it.
 ///
 /// Raises
 /// ------
@@ -66,11 +67,11 @@ use ttc_fast_core::vehicle::{Mount, Outline};
 ///
 /// Notes
 /// -----
-/// iTTC = r / max(-r_dot, 0), from the F1TENTH course; r_dot by rigid-body kinematics, v + omega x p. iTTC is the time in
-/// which the beam would shrink to nothing, not the time to contact: a wall passed at the side counts.
+/// iTTC = r / max(-r_dot, 0), from the F1TENTH course; r_dot by rigid-body kinematics, v + omega x p. iTTC is the time
+/// in which the beam would shrink to nothing, not the time to contact: a wall passed at the side counts.
 ///
-/// Arrays are read in place. Another thread that writes to one meanwhile may give a mix of two scans, never a read out of
-/// bounds.
+/// Arrays are read in place. Another thread that writes to one meanwhile may give a mix of two scans, never a read out
+/// of bounds.
 ///
 /// Examples
 /// --------
@@ -92,7 +93,6 @@ use ttc_fast_core::vehicle::{Mount, Outline};
 pub struct ScanTTC {
     scan: ScanTtc,
     no_data: Option<f64>,
-    minimum: Option<Py<PyAny>>,
     threads: usize,
 }
 
@@ -122,15 +122,14 @@ impl ScanTTC {
         min_closing_speed: f64,
         too_close: &str,
         no_data: Option<f64>,
-        minimum: Option<Bound<'_, PyAny>>,
+        minimum: Option<&Bound<'_, PyAny>>,
         threads: i64,
     ) -> PyResult<Self> {
-        crate::errors::check_no_data(no_data)?;
+        check_no_data(no_data)?;
         let settings = Settings {
             angle_min,
             angle_increment,
-            beams: usize::try_from(beams)
-                .map_err(|_| PyValueError::new_err(format!("beams must be at least 1, got {beams}")))?,
+            beams: count("beams", beams, 1)?,
             range_min,
             range_max,
             limits: limits.map(|[near, far]| (near, far)),
@@ -143,10 +142,10 @@ impl ScanTTC {
             mask: mask.map(bools).transpose()?,
             min_closing_speed,
             too_close: one_of("too_close", too_close, TOO_CLOSE)?,
-            beam_vote: minimum.as_ref().map(self::minimum).transpose()?,
+            beam_vote: minimum.map(beam_vote).transpose()?,
         };
-        let scan = ScanTtc::new(settings, level::current()).map_err(value_error)?;
-        Ok(ScanTTC { scan, no_data, minimum: minimum.map(Bound::unbind), threads: crate::threads(threads)? })
+        let scan = ScanTtc::new(settings, level()).map_err(value_error)?;
+        Ok(ScanTTC { scan, no_data, threads: self::threads(threads)? })
     }
 
     /// Make one from the first message of a scanner.
@@ -154,7 +153,8 @@ impl ScanTTC {
     /// Parameters
     /// ----------
     /// msg : sensor_msgs/LaserScan, of ROS 1, ROS 2 or anything with the same fields
-    ///     ``angle_min``, ``angle_increment``, ``range_min``, ``range_max`` and the length of ``ranges`` are taken from it.
+    ///     ``angle_min``, ``angle_increment``, ``range_min``, ``range_max`` and the length of ``ranges`` are taken from
+    ///     it.
     /// **settings
     ///     The other settings of ``ScanTTC``; one that the message has too overrides the message.
     ///
@@ -167,7 +167,7 @@ impl ScanTTC {
     /// TypeError
     ///     If the message lacks a field.
     /// ValueError
-    ///     As ``ScanTTC``.
+    ///     As in ``ScanTTC``.
     ///
     /// Examples
     /// --------
@@ -202,25 +202,25 @@ impl ScanTTC {
         cls.call((), Some(&arguments))
     }
 
-    /// Least time-to-collision of a scan, s.
+    /// Return the least time-to-collision of a scan, s.
     ///
     /// Parameters
     /// ----------
     /// ranges : ndarray, float32 or float64, shape (beams,) or (B, beams)
     ///     m; read in place, whatever the stride and alignment. NaN is invalid, +inf free space, -inf too close.
     /// speed : float, or (B,) for a batch
-    ///     Of the vehicle's origin, forward, m/s; negative when reversing. Odometry without a sign would take reversing for
-    ///     driving forward.
+    ///     Forward speed of the vehicle's origin, m/s; negative when reversing. Odometry without a sign would take
+    ///     reversing for driving forward.
     /// yaw_rate : float, or (B,) for a batch
-    ///     Counter-clockwise, rad/s.
+    ///     Yaw rate, counter-clockwise, rad/s.
     /// lateral_speed : float, or (B,) for a batch
-    ///     To the left, m/s.
+    ///     Speed of the vehicle's origin to the left, m/s.
     ///
     /// Returns
     /// -------
     /// float, or float64 ndarray of shape (B,)
-    ///     In [0, inf]; infinite when nothing closes. With ``minimum=``, what the vote says, or the plain least where too few
-    ///     beams close for a vote.
+    ///     A time in [0, inf]; infinite when nothing closes. With ``minimum=``, the result of the vote, or the plain
+    ///     least where too few beams close for a vote.
     ///
     /// Raises
     /// ------
@@ -249,26 +249,26 @@ impl ScanTTC {
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.asked().min(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
+        self.query().min(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
     }
 
-    /// The nearest beam in time, and everything that says why.
+    /// Return the nearest beam in time, and everything that says why.
     ///
     /// Parameters
     /// ----------
     /// ranges, speed, yaw_rate, lateral_speed
-    ///     As in ``min``.
+    ///     These are as in ``min``.
     ///
     /// Returns
     /// -------
     /// Nearest, or NearestBatch for a batch
-    ///     ``ttc``, ``status``, ``beam``, ``angle``, ``range``, ``clearance``, ``closing_speed`` and ``counts``. A scan in which
-    ///     nothing valid was observed has status NO_DATA (and ttc inf); nothing is raised for it.
+    ///     ``ttc``, ``status``, ``beam``, ``angle``, ``range``, ``clearance``, ``closing_speed`` and ``counts``. A scan
+    ///     in which nothing valid was observed has status NO_DATA (and ttc inf); nothing is raised for it.
     ///
     /// Raises
     /// ------
     /// TypeError, ValueError
-    ///     As ``min``.
+    ///     As in ``min``.
     ///
     /// Examples
     /// --------
@@ -288,33 +288,33 @@ impl ScanTTC {
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.asked().nearest(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
+        self.query().nearest(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
     }
 
-    /// Time-to-collision of each beam, s.
+    /// Return the time-to-collision of each beam, s.
     ///
-    /// Computed in the dtype of ``ranges``, to a few units in its last place, so that the least may differ from ``min`` in the
-    /// last digits.
+    /// Computed in the dtype of ``ranges``, to a few units in its last place, so that the least may differ from ``min``
+    /// in the last digits.
     ///
     /// Parameters
     /// ----------
     /// ranges, speed, yaw_rate, lateral_speed
-    ///     As in ``min``.
+    ///     These are as in ``min``.
     /// out : ndarray of the dtype and shape of ``ranges``, optional
     ///     Where to write the result. May be ``ranges`` itself.
     /// status_out : uint8 ndarray of the shape of ``ranges``, optional
-    ///     Where to write the ``Status`` of each beam: CLEAR for free space and beyond the limits, NOT_CLOSING, CLOSING, CONTACT,
-    ///     NO_DATA where masked, INVALID where the reading says nothing.
+    ///     Where to write the ``Status`` of each beam: CLEAR for free space and beyond the limits, NOT_CLOSING,
+    ///     CLOSING, CONTACT, NO_DATA where masked, INVALID where the reading says nothing.
     ///
     /// Returns
     /// -------
     /// ndarray
-    ///     In [0, inf], of the dtype and shape of ``ranges``; ``out`` if given. Infinite where a beam is invalid.
+    ///     Times in [0, inf], of the dtype and shape of ``ranges``; ``out`` if given. Infinite where a beam is invalid.
     ///
     /// Raises
     /// ------
     /// TypeError, ValueError
-    ///     As ``min``; also for an ``out`` or ``status_out`` of another dtype or shape, read-only or overlapping.
+    ///     As in ``min``; also for an ``out`` or ``status_out`` of another dtype or shape, read-only or overlapping.
     ///
     /// Examples
     /// --------
@@ -338,70 +338,52 @@ impl ScanTTC {
         out: Option<&Bound<'py, PyAny>>,
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.asked().per_beam(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed }, out, status_out)
+        self.query().per_beam(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed }, out, status_out)
     }
 
-    /// Number of beams.
-    #[getter]
-    fn beams(&self) -> usize {
-        self.scan.settings().beams
-    }
-
-    /// Direction of each beam in the sensor frame, rad, float64 of shape (beams,).
+    /// The direction of each beam in the sensor frame, rad, float64 of shape (beams,).
     #[getter]
     fn angles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_iter(py, self.scan.settings().angles())
     }
+}
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
-        let settings = self.scan.settings();
-        let Mount { x, y, yaw } = settings.mount;
-        let keywords = PyDict::new(py);
-        keywords.set_item("range_min", settings.range_min)?;
-        keywords.set_item("range_max", settings.range_max)?;
-        keywords.set_item("limits", settings.limits)?;
-        keywords.set_item("limits_policy", name_of(settings.limits_policy, POLICIES))?;
-        keywords.set_item("mount", (x, y, yaw))?;
-        keywords.set_item("outline", settings.outline.map(|o| (o.x_rear, o.x_front, o.y_right, o.y_left)))?;
-        keywords.set_item("mask", settings.mask.clone())?;
-        keywords.set_item("min_closing_speed", settings.min_closing_speed)?;
-        keywords.set_item("too_close", name_of(settings.too_close, TOO_CLOSE))?;
-        keywords.set_item("no_data", self.no_data)?;
-        keywords.set_item("minimum", self.minimum.as_ref())?;
-        keywords.set_item("threads", self.threads)?;
-        let place = (settings.angle_min, settings.angle_increment, settings.beams);
-        Ok((place.into_pyobject(py)?, keywords))
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let (place, keywords) = self.__getnewargs_ex__(py)?;
-        let mut parts = vec![];
-        for value in place {
-            parts.push(value.repr()?.to_string());
-        }
-        for (name, value) in keywords {
-            let hidden = value.is_none() || name.extract::<&str>()? == "mask";
-            if !hidden {
-                parts.push(format!("{name}={}", value.repr()?));
-            }
-        }
-        Ok(format!("ScanTTC({})", parts.join(", ")))
+settings! {
+    value ScanTTC |it, py| {
+        angle_min: it.scan.settings().angle_min,
+        angle_increment: it.scan.settings().angle_increment,
+        beams: it.scan.settings().beams,
+        range_min: it.scan.settings().range_min,
+        range_max: it.scan.settings().range_max,
+        limits: it.scan.settings().limits,
+        limits_policy: name_of(it.scan.settings().limits_policy, POLICIES),
+        mount: {
+            let Mount { x, y, yaw } = it.scan.settings().mount;
+            (x, y, yaw)
+        },
+        outline: it.scan.settings().outline.map(|o| (o.x_rear, o.x_front, o.y_right, o.y_left)),
+        mask: it.scan.settings().mask.as_ref().map(|mask| PyTuple::new(py, mask)).transpose()?,
+        min_closing_speed: it.scan.settings().min_closing_speed,
+        too_close: name_of(it.scan.settings().too_close, TOO_CLOSE),
+        no_data: it.no_data,
+        minimum: it.scan.settings().beam_vote.map(|vote| beam_vote_object(py, vote)).transpose()?,
+        threads: it.threads,
     }
 }
 
 impl ScanTTC {
-    /// The scanner itself.
+    /// The scanner of the core.
     pub fn core(&self) -> &ScanTtc {
         &self.scan
     }
 
-    /// Somebody to ask about its scans.
-    pub fn asked_about<'a, C>(&self, criterion: &'a C) -> Asked<'a, C> {
-        Asked { criterion, no_data: self.no_data, threads: self.threads }
+    /// A question about its scans, which `criterion` answers.
+    pub fn query_of<'a, C>(&self, criterion: &'a C) -> BeamQuery<'a, C> {
+        BeamQuery { criterion, no_data: self.no_data, threads: self.threads }
     }
 
-    fn asked(&self) -> Asked<'_, ScanTtc> {
-        self.asked_about(&self.scan)
+    fn query(&self) -> BeamQuery<'_, ScanTtc> {
+        self.query_of(&self.scan)
     }
 }
 

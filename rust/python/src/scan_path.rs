@@ -1,20 +1,18 @@
 //! `ScanSweptPath`.
 
-use crate::array::type_name;
-use crate::beams::Asked;
-use crate::ego_motion::MotionArguments;
-use crate::errors::value_error;
+use crate::macros::settings;
 use crate::scan::ScanTTC;
+use crate::scan_query::{BeamQuery, MotionArguments};
+use crate::util::{type_name, value_error};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use ttc_fast_core::scan;
 
 /// Time until what a laser scanner sees enters the vehicle's outline, if it goes on moving as it does.
 ///
-/// ``SweptPath`` over the beams of a ``ScanTTC``. It is asked as that is, and answers in the same terms: only the time is
-/// another, that of contact instead of iTTC. Directions, mount, outline, mask, the meaning of readings, ``limits``,
-/// ``no_data``, ``minimum`` and ``threads`` are the scanner's; its ``min_closing_speed`` does not matter here.
+/// This is ``SweptPath`` for the beams of a ``ScanTTC``. It has the methods and results of ``ScanTTC``, with the time
+/// of contact in the place of iTTC. Directions, mount, outline, mask, the meaning of readings, ``limits``, ``no_data``,
+/// ``minimum`` and ``threads`` are the scanner's. The scanner's ``min_closing_speed`` does not matter here.
 ///
 /// Parameters
 /// ----------
@@ -26,14 +24,14 @@ use ttc_fast_core::scan;
 /// Raises
 /// ------
 /// ValueError
-///     If the scanner has no outline, or ``horizon`` is no time.
+///     If the scanner has no outline, or ``horizon`` is not above 0 and at most 1e6.
 /// TypeError
 ///     If ``scan`` is no ``ScanTTC``.
 ///
 /// Notes
 /// -----
-/// The formula, what touching means, and when a point in contact has time 0 are described at ``SweptPath``. A reading is in
-/// contact here exactly when it is for the scanner.
+/// The formula, what touching means, and when a point in contact has time 0 are described at ``SweptPath``. A reading
+/// is in contact here exactly when it is for the scanner.
 ///
 /// Examples
 /// --------
@@ -68,25 +66,25 @@ impl ScanSweptPath {
         Ok(ScanSweptPath { scan: scan.clone().unbind(), path })
     }
 
-    /// Least time until the point of a beam enters the outline, s.
+    /// Return the least time until the point of a beam enters the outline, s.
     ///
     /// Parameters
     /// ----------
     /// ranges, speed, yaw_rate, lateral_speed
-    ///     As in ``ScanTTC.min``.
+    ///     These are as in ``ScanTTC.min``.
     ///
     /// Returns
     /// -------
     /// float, or float64 ndarray of shape (B,)
-    ///     In [0, inf]; infinite when nothing enters within the horizon. With ``minimum=``, what the vote says, or the plain
-    ///     least where too few beams are hit for a vote.
+    ///     A time in [0, inf]; infinite when nothing enters within the horizon. With ``minimum=``, the result of the
+    ///     vote, or the plain least where too few beams are hit for a vote.
     ///
     /// Raises
     /// ------
     /// NoDataError
     ///     If nothing valid was observed in a scan, unless the scanner's ``no_data=`` says what that means.
     /// TypeError, ValueError
-    ///     As ``ScanTTC.min``.
+    ///     As in ``ScanTTC.min``.
     ///
     /// Examples
     /// --------
@@ -104,25 +102,25 @@ impl ScanSweptPath {
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.asked().min(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
+        self.query().min(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
     }
 
-    /// The beam whose point is hit first, and everything that says why.
+    /// Return the beam whose point is hit first, and everything that says why.
     ///
     /// Parameters
     /// ----------
     /// ranges, speed, yaw_rate, lateral_speed
-    ///     As in ``ScanTTC.min``.
+    ///     These are as in ``ScanTTC.min``.
     ///
     /// Returns
     /// -------
     /// Nearest, or NearestBatch for a batch
-    ///     As of ``ScanTTC.nearest``; ``clearance`` and ``closing_speed`` are those along the beam.
+    ///     The fields are those of ``ScanTTC.nearest``; ``clearance`` and ``closing_speed`` are those along the beam.
     ///
     /// Raises
     /// ------
     /// TypeError, ValueError
-    ///     As ``ScanTTC.min``.
+    ///     As in ``ScanTTC.min``.
     ///
     /// Examples
     /// --------
@@ -140,29 +138,29 @@ impl ScanSweptPath {
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.asked().nearest(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
+        self.query().nearest(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
     }
 
-    /// Time until the point of each beam enters the outline, s.
+    /// Return the time until the point of each beam enters the outline, s.
     ///
     /// Computed in float64 as in ``min``, then rounded to the dtype of ``ranges``.
     ///
     /// Parameters
     /// ----------
     /// ranges, speed, yaw_rate, lateral_speed
-    ///     As in ``ScanTTC.min``.
+    ///     These are as in ``ScanTTC.min``.
     /// out, status_out
-    ///     As in ``ScanTTC.per_beam``. CLOSING is a beam whose point enters within the horizon.
+    ///     These are as in ``ScanTTC.per_beam``. A beam is CLOSING if its point enters within the horizon.
     ///
     /// Returns
     /// -------
     /// ndarray
-    ///     In [0, inf], of the dtype and shape of ``ranges``; ``out`` if given. Infinite where a beam is invalid.
+    ///     Times in [0, inf], of the dtype and shape of ``ranges``; ``out`` if given. Infinite where a beam is invalid.
     ///
     /// Raises
     /// ------
     /// TypeError, ValueError
-    ///     As ``ScanTTC.per_beam``.
+    ///     As in ``ScanTTC.per_beam``.
     ///
     /// Examples
     /// --------
@@ -183,34 +181,19 @@ impl ScanSweptPath {
         out: Option<&Bound<'py, PyAny>>,
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.asked().per_beam(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed }, out, status_out)
+        self.query().per_beam(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed }, out, status_out)
     }
+}
 
-    /// The scanner it was made of.
-    #[getter]
-    fn scan(&self, py: Python<'_>) -> Py<ScanTTC> {
-        self.scan.clone_ref(py)
-    }
-
-    /// How far ahead it looks, s.
-    #[getter]
-    fn horizon(&self) -> f64 {
-        self.path.horizon()
-    }
-
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((Py<ScanTTC>,), Bound<'py, PyDict>)> {
-        let keywords = PyDict::new(py);
-        keywords.set_item("horizon", self.horizon())?;
-        Ok(((self.scan(py),), keywords))
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        Ok(format!("ScanSweptPath({}, horizon={:?})", self.scan.bind(py).repr()?, self.horizon()))
+settings! {
+    value ScanSweptPath |it, py| {
+        scan: &it.scan,
+        horizon: it.path.horizon(),
     }
 }
 
 impl ScanSweptPath {
-    fn asked(&self) -> Asked<'_, scan::ScanSweptPath> {
-        self.scan.get().asked_about(&self.path)
+    fn query(&self) -> BeamQuery<'_, scan::ScanSweptPath> {
+        self.scan.get().query_of(&self.path)
     }
 }

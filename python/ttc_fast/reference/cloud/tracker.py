@@ -11,7 +11,7 @@ import numpy as np
 from ttc_fast._core import Alignment
 from ttc_fast.reference.alignment.fit import Trend, trend
 from ttc_fast.reference.alignment.profile import Profile, Sighting, profile
-from ttc_fast.reference.arguments import finite, number
+from ttc_fast.reference.arguments import finite, number, shows_settings
 from ttc_fast.reference.cloud.estimator import checked_estimator, nearest
 from ttc_fast.reference.cloud.gate import candidates, checked_gate
 from ttc_fast.reference.points import cloud
@@ -74,6 +74,7 @@ class Body:
         self.trend = trend(self.sightings, settings) if len(self.sightings) >= ENOUGH else None
 
 
+@shows_settings("gate", "estimator", "method", "front_offset", "jump", "max_gap")
 class CloudTracker:
     """Follows the nearest body ahead, and never two at once.
 
@@ -96,6 +97,14 @@ class CloudTracker:
         self._method = Alignment() if method is None else method
         self._front_offset = finite("front_offset", front_offset)
         self._jump, self._max_gap = _positive("jump", jump), _positive("max_gap", max_gap)
+        self._settings = {
+            "gate": self._gate,
+            "estimator": self._estimator,
+            "method": self._method,
+            "front_offset": self._front_offset,
+            "jump": self._jump,
+            "max_gap": self._max_gap,
+        }
         self._stamp: float | None = None
         self._present, self._shelved = Body(), Body()
 
@@ -119,8 +128,14 @@ class CloudTracker:
         return self._answer(too_few)
 
     def state(self) -> dict[str, Any]:
-        """Give what the tracker remembers, in plain lists and numbers."""
-        return {"stamp": self._stamp, "present": _state(self._present), "shelved": _state(self._shelved)}
+        """Return what the tracker remembers, as the kernel's does: either takes up the other's state."""
+        bodies = {"present": _state(self._present), "shelved": _state(self._shelved)}
+        return {"class": "CloudTracker", "version": 2, "stamp": self._stamp, **bodies}
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._stamp = None
+        self._present, self._shelved = Body(), Body()
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from the state of another tracker with the same settings."""

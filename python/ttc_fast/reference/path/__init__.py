@@ -97,6 +97,11 @@ class SweptPath:
         """How far ahead it looks, s."""
         return self._horizon
 
+    @property
+    def no_data(self) -> float | None:
+        """What ``min`` gives for a cloud without a valid point."""
+        return self._no_data
+
     def min(
         self, points: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
     ) -> float | NDArray[np.float64]:

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast._core import NoDataError
-from ttc_fast.reference.arguments import checked_no_data, checked_threads, floats, non_negative, output
+from ttc_fast.reference.arguments import (
+    checked_no_data,
+    checked_threads,
+    floats,
+    non_negative,
+    output,
+    shows_settings,
+)
 from ttc_fast.reference.formula import rounded, time_to_collision
 from ttc_fast.reference.hit import Batch, Counts
 from ttc_fast.reference.scan.settings import (
@@ -69,6 +76,22 @@ class NearestBatch(Batch[Nearest]):
         super().__init__(Nearest, frames)
 
 
+@shows_settings(
+    "angle_min",
+    "angle_increment",
+    "range_min",
+    "range_max",
+    "limits",
+    "limits_policy",
+    "mount",
+    "outline",
+    "mask",
+    "min_closing_speed",
+    "too_close",
+    "no_data",
+    "minimum",
+    "threads",
+)
 class ScanTTC:
     """Instantaneous time-to-collision (iTTC) of the beams of one laser scanner.
 
@@ -122,6 +145,22 @@ class ScanTTC:
         self._no_data = checked_no_data(no_data)
         self._beam_vote = checked_beam_vote(minimum)
         checked_threads(threads)  # the answer does not depend on them
+        self._settings = {
+            "angle_min": float(angle_min),
+            "angle_increment": self._angle_increment,
+            "range_min": float(range_min),
+            "range_max": float(range_max),
+            "limits": None if limits is None else (float(limits[0]), float(limits[1])),
+            "limits_policy": limits_policy,
+            "mount": tuple(float(value) for value in mount),
+            "outline": None if outline is None else tuple(float(edge) for edge in outline),
+            "mask": None if mask is None else tuple(bool(masked) for masked in mask),
+            "min_closing_speed": self._min_closing_speed,
+            "too_close": too_close,
+            "no_data": self._no_data,
+            "minimum": minimum,
+            "threads": int(threads),
+        }
 
     @classmethod
     def from_message(cls, msg: Any, **settings: Any) -> ScanTTC:

@@ -8,13 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 from ttc_fast._core import EstimatedNoise, KalmanCA
-from ttc_fast.reference.arguments import non_negative, number, positive
+from ttc_fast.reference.arguments import non_negative, number, positive, shows_settings
 from ttc_fast.reference.tracker.answer import TrackedTTC, answer, nothing, only_where
 from ttc_fast.reference.tracker.filter import Measurement
 from ttc_fast.reference.tracker.track import NORMAL, Innovation, NoiseLevel, Track, filter_of
 from ttc_fast.status import Status
 
 
+@shows_settings("method", "noise", "gate", "jump", "confirm", "max_gap", "max_speed", "min_closing_speed")
 class DistanceTracker:
     """Closing speed and time-to-collision from the distance of the nearest target, frame by frame.
 
@@ -90,12 +91,16 @@ class DistanceTracker:
         return self._answer
 
     def state(self) -> dict[str, Any]:
-        """Give every frame so far, for ``restore``."""
+        """Return every frame so far, for ``restore``."""
         return {"frames": list(self._frames)}
 
-    def restore(self, state: dict[str, Any]) -> None:
-        """Remember what another tracker with the same settings did, by seeing all its frames."""
+    def reset(self) -> None:
+        """Forget everything."""
         self.__init__(**self._settings)  # type: ignore[misc]
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Remember what another tracker with the same settings remembered, by seeing all its frames."""
+        self.reset()
         for frame in state["frames"]:
             self.update(*frame)
 

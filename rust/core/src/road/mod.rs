@@ -46,6 +46,17 @@ pub enum Refusal {
 }
 
 impl Refusal {
+    /// Every reason.
+    pub const ALL: [Refusal; 7] = [
+        Refusal::NoData,
+        Refusal::Nothing,
+        Refusal::TooSmall,
+        Refusal::TooNarrow,
+        Refusal::TooSteep,
+        Refusal::WrongHeight,
+        Refusal::Outvoted,
+    ];
+
     /// The reason in words.
     #[must_use]
     pub fn reason(self) -> &'static str {

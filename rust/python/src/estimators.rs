@@ -1,12 +1,14 @@
-//! The estimators as Python objects, each with its own settings.
+//! How outliers in a cloud and speckles in a scan are survived: objects, each with its own settings.
 
-use crate::settings_object::settings_object;
+use crate::macros::{choices, settings_class};
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use ttc_fast_core::cloud;
+use ttc_fast_core::scan::{BeamVote, Neighbours};
 
-settings_object! {
-    /// The nearest candidate. Survives no outlier.
+settings_class! {
+    /// The nearest candidate. It survives no outlier.
     ///
     /// Examples
     /// --------
@@ -17,16 +19,16 @@ settings_object! {
     Minimum(), "()" => cloud::Estimator: cloud::Estimator::Minimum
 }
 
-settings_object! {
+settings_class! {
     /// The ``k``-th smallest value: up to ``k - 1`` outliers cannot decide.
     ///
-    /// For a cloud, the distance of the ``k``-th nearest candidate. For ``ScanTTC(minimum=...)``, the ``k``-th smallest
-    /// time-to-collision of a scan.
+    /// For a cloud this is the distance of the ``k``-th nearest candidate. For ``ScanTTC(minimum=...)`` it is the
+    /// ``k``-th smallest time-to-collision of a scan.
     ///
     /// Parameters
     /// ----------
     /// k : int
-    ///     From 1, which is the plain minimum.
+    ///     Rank of the value, from 1, which is the plain minimum.
     ///
     /// Raises
     /// ------
@@ -43,13 +45,13 @@ settings_object! {
     KthSmallest(k: usize), "(k)" => cloud::Estimator: cloud::Estimator::KthSmallest(k)
 }
 
-settings_object! {
+settings_class! {
     /// A quantile of the candidates' distances, by NumPy's linear rule; 0.5 is the median.
     ///
     /// Parameters
     /// ----------
     /// q : float
-    ///     In [0, 1].
+    ///     The quantile, in [0, 1].
     ///
     /// Raises
     /// ------
@@ -65,13 +67,13 @@ settings_object! {
     Quantile(q: f64), "(q)" => cloud::Estimator: cloud::Estimator::Quantile(q)
 }
 
-settings_object! {
+settings_class! {
     /// The mean distance of the ``k`` nearest candidates.
     ///
     /// Parameters
     /// ----------
     /// k : int
-    ///     From 1.
+    ///     Number of candidates, from 1.
     ///
     /// Raises
     /// ------
@@ -87,13 +89,13 @@ settings_object! {
     MeanOfLowest(k: usize), "(k)" => cloud::Estimator: cloud::Estimator::MeanOfLowest(k)
 }
 
-settings_object! {
+settings_class! {
     /// The nearest candidate not below Tukey's fence, Q1 - factor (Q3 - Q1), of all candidates' distances.
     ///
     /// Parameters
     /// ----------
     /// factor : float
-    ///     Usually 1.5.
+    ///     Factor of the interquartile range, usually 1.5.
     ///
     /// Raises
     /// ------
@@ -109,15 +111,15 @@ settings_object! {
     InterquartileFence(factor: f64), "(factor)" => cloud::Estimator: cloud::Estimator::InterquartileFence(factor)
 }
 
-settings_object! {
+settings_class! {
     /// The nearest candidate that is not alone: at least ``points`` candidates, itself included, in ``[x, x + gap]``.
     ///
     /// Parameters
     /// ----------
     /// points : int
-    ///     From 1.
+    ///     Number of candidates, from 1.
     /// gap : float
-    ///     m.
+    ///     Length of the interval, m.
     ///
     /// Raises
     /// ------
@@ -133,17 +135,18 @@ settings_object! {
     Supported(points: usize, gap: f64), "(points, gap)" => cloud::Estimator: cloud::Estimator::Supported { points, gap }
 }
 
-settings_object! {
+settings_class! {
     /// The nearest point of the nearest cluster that is large enough.
     ///
-    /// Points belong together if a chain of points links them, each step at most ``tolerance`` long in three dimensions.
+    /// Points belong together if a chain of points links them, each step at most ``tolerance`` long in three
+    /// dimensions.
     ///
     /// Parameters
     /// ----------
     /// tolerance : float
-    ///     m.
+    ///     Longest step, m.
     /// min_points : int
-    ///     From 1.
+    ///     Points of a cluster that is large enough, from 1.
     ///
     /// Raises
     /// ------
@@ -160,24 +163,60 @@ settings_object! {
         cloud::Estimator::Cluster { tolerance, min_points }
 }
 
-impl KthSmallest {
-    /// Which one.
-    pub fn k(self) -> usize {
-        self.k
+choices! {
+    estimator, estimator_object: cloud::Estimator, "an estimator object such as KthSmallest(10) or Cluster(0.15, 10)"
+    { KthSmallest, Minimum, Quantile, MeanOfLowest, InterquartileFence, Supported, Cluster }
+}
+
+settings_class! {
+    /// The least time-to-collision among beams that their neighbours support.
+    ///
+    /// A beam is supported when at least ``count`` of the ``window`` beams on each side have a valid reading within
+    /// ``gap`` metres of its own. A lone speckle, in the open or in front of a wall, has no such neighbours.
+    ///
+    /// Parameters
+    /// ----------
+    /// count : int
+    ///     How many neighbours must agree, from 1.
+    /// window : int
+    ///     How many beams to look at on each side, up to 128.
+    /// gap : float
+    ///     How far their ranges may differ, m.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If ``count`` is below 1 or above ``2 * window``, ``window`` is above 128, or ``gap`` is negative or not
+    ///     finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> ranges = np.array([np.inf, 0.5, np.inf, 8.0, 8.1])    # 0.5 is a speckle
+    /// >>> scan = ttc_fast.ScanTTC(0.0, 1e-3, 5, minimum=ttc_fast.NeighbourSupport())
+    /// >>> round(scan.min(ranges, 4.0), 3)
+    /// 2.0
+    NeighbourSupport(count: usize = 1, window: usize = 2, gap: f64 = 0.2), "(count=1, window=2, gap=0.2)" => Neighbours:
+        Neighbours { count, window, gap }
+}
+
+/// How a speckle in a scan is outvoted, from an object.
+pub fn beam_vote(object: &Bound<'_, PyAny>) -> PyResult<BeamVote> {
+    if let Ok(kth) = object.cast::<KthSmallest>() {
+        Ok(BeamVote::KthSmallest(kth.get().k))
+    } else if let Ok(support) = object.cast::<NeighbourSupport>() {
+        Ok(BeamVote::Neighbours(support.get().core()))
+    } else {
+        Err(PyTypeError::new_err(format!("minimum must be KthSmallest(k) or NeighbourSupport(...), got {object}")))
     }
 }
 
-/// `estimator=...`.
-pub fn estimator(object: &Bound<'_, PyAny>) -> PyResult<cloud::Estimator> {
-    macro_rules! one_of {
-        ($($name:ident),*) => {
-            $(if let Ok(estimator) = object.cast::<$name>() {
-                return Ok(estimator.get().core());
-            })*
-        };
+/// The object that says how a speckle is outvoted.
+pub fn beam_vote_object(py: Python<'_>, vote: BeamVote) -> PyResult<Bound<'_, PyAny>> {
+    match vote {
+        BeamVote::KthSmallest(k) => KthSmallest { k }.into_bound_py_any(py),
+        BeamVote::Neighbours(Neighbours { count, window, gap }) => {
+            NeighbourSupport { count, window, gap }.into_bound_py_any(py)
+        }
     }
-    one_of!(KthSmallest, Minimum, Quantile, MeanOfLowest, InterquartileFence, Supported, Cluster);
-    Err(PyTypeError::new_err(format!(
-        "estimator must be an estimator object such as KthSmallest(10) or Cluster(0.15, 10), got {object}"
-    )))
 }

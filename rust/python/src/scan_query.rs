@@ -1,15 +1,16 @@
-//! Questions about scans, whoever answers them: one scan or a batch, of either type of number.
+//! Scans and motions from Python, for one scan and for a batch: what `ScanTTC` and `ScanSweptPath` do alike, and how
+//! the own vehicle's motion is read.
 
-use crate::array::{Floats, Numbers, as_array, outputs};
-use crate::ego_motion::{MotionArguments, Motions};
-use crate::errors::{no_data, value_error, value_error_in_row};
-use crate::gil::release;
+use crate::array::{Floats, as_array, outputs, refuse_masked};
+use crate::macros::for_each_type;
 use crate::nearest::{Nearest, NearestBatch};
-use numpy::{PyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use crate::util::run::release;
+use crate::util::{describe, no_data, number, value_error, value_error_in_row};
+use numpy::{PyArray1, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
-use std::sync::Arc;
 use ttc_fast_core::Error;
 use ttc_fast_core::column::{Column, ColumnMut, Table, TableMut};
 use ttc_fast_core::scan::{self, Range, ScanSweptPath, ScanTtc};
@@ -25,11 +26,11 @@ pub trait Criterion: Sync {
     fn scan(&self) -> &ScanTtc;
     /// Whether a motion makes sense.
     fn check_motion(&self, motion: Motion) -> Result<(), Error>;
-    /// Least time, s; `None` when nothing valid was observed.
+    /// The least time, s; `None` when nothing valid was observed.
     fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error>;
     /// The beam that decides, and why.
     fn nearest<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<scan::Nearest, Error>;
-    /// Time and status of each beam.
+    /// The time and status of each beam.
     fn per_beam<'o, T: Range>(
         &self,
         ranges: Column<'_, T>,
@@ -76,15 +77,15 @@ macro_rules! criterion {
 criterion!(ScanTtc, |scan| scan);
 criterion!(ScanSweptPath, |path| path.scan());
 
-/// Somebody to ask, and what a blind scan means.
-pub struct Asked<'a, C> {
+/// A question about the beams of a scan: who answers it, what a blind scan means, and how many threads share a batch.
+pub struct BeamQuery<'a, C> {
     pub criterion: &'a C,
     pub no_data: Option<f64>,
     pub threads: usize,
 }
 
-impl<C: Criterion> Asked<'_, C> {
-    /// `.min`
+impl<C: Criterion> BeamQuery<'_, C> {
+    /// The answer of `.min`.
     #[inline(always)]
     pub fn min<'py>(
         &self,
@@ -96,21 +97,15 @@ impl<C: Criterion> Asked<'_, C> {
         if array.ndim() == 2 {
             let motions = motion.each(array.shape()[0])?;
             let ranges = self.batch(array, &motions)?;
-            return match ranges.numbers() {
-                Numbers::Single(table) => self.min_each(py, &table, &motions),
-                Numbers::Double(table) => self.min_each(py, &table, &motions),
-            };
+            return for_each_type!(ranges.numbers(), table => self.min_each(py, &table, &motions));
         }
         let motion = motion.one()?;
         let ranges = Floats::view("ranges", array)?;
-        let ttc = match ranges.numbers() {
-            Numbers::Single(table) => self.min_one(py, table.row(0), motion),
-            Numbers::Double(table) => self.min_one(py, table.row(0), motion),
-        }?;
+        let ttc = for_each_type!(ranges.numbers(), table => self.min_one(py, table.row(0), motion))?;
         Ok(PyFloat::new(py, ttc).into_any())
     }
 
-    /// `.nearest`
+    /// The answer of `.nearest`.
     pub fn nearest<'py>(
         &self,
         py: Python<'py>,
@@ -121,22 +116,16 @@ impl<C: Criterion> Asked<'_, C> {
         if array.ndim() == 2 {
             let motions = motion.each(array.shape()[0])?;
             let ranges = self.batch(array, &motions)?;
-            let each = match ranges.numbers() {
-                Numbers::Single(table) => self.nearest_each(py, &table, &motions)?,
-                Numbers::Double(table) => self.nearest_each(py, &table, &motions)?,
-            };
+            let each = for_each_type!(ranges.numbers(), table => self.nearest_each(py, &table, &motions)?);
             return Ok(Bound::new(py, NearestBatch(each))?.into_any());
         }
         let motion = motion.one()?;
         let ranges = Floats::view("ranges", array)?;
-        let nearest = match ranges.numbers() {
-            Numbers::Single(table) => self.nearest_one(py, table.row(0), motion),
-            Numbers::Double(table) => self.nearest_one(py, table.row(0), motion),
-        }?;
+        let nearest = for_each_type!(ranges.numbers(), table => self.nearest_one(py, table.row(0), motion))?;
         Ok(Bound::new(py, Nearest(nearest))?.into_any())
     }
 
-    /// `.per_beam`
+    /// The answer of `.per_beam`.
     pub fn per_beam<'py>(
         &self,
         py: Python<'py>,
@@ -153,10 +142,10 @@ impl<C: Criterion> Asked<'_, C> {
             self.criterion.check_motion(motions.row(row)).map_err(value_error_in_row(row))?;
         }
         let (out, status) = outputs(&ranges, out, status_out)?;
-        match ranges.numbers() {
-            Numbers::Single(table) => self.per_beam_each(py, &table, &motions, ranges.output("out", &out)?, status)?,
-            Numbers::Double(table) => self.per_beam_each(py, &table, &motions, ranges.output("out", &out)?, status)?,
-        }
+        for_each_type!(ranges.numbers(), table => {
+            let out = ranges.output("out", &out)?;
+            self.per_beam_each(py, &table, &motions, out, status)?;
+        });
         Ok(out)
     }
 
@@ -200,13 +189,12 @@ impl<C: Criterion> Asked<'_, C> {
         py: Python<'_>,
         ranges: &Table<'_, T>,
         motions: &Motions,
-    ) -> PyResult<Arc<[scan::Nearest]>> {
-        let each = release(py, ranges.rows() * ranges.columns(), || {
+    ) -> PyResult<Vec<scan::Nearest>> {
+        release(py, ranges.rows() * ranges.columns(), || {
             self.rows(ranges, |row| {
                 self.criterion.nearest(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))
             })
-        })?;
-        Ok(each.into())
+        })
     }
 
     fn per_beam_each<T: Range>(
@@ -228,7 +216,7 @@ impl<C: Criterion> Asked<'_, C> {
         })
     }
 
-    /// `work` on each row of a batch, by as many threads as were asked for; the first error wins.
+    /// Do `work` on each row of a batch, by at most `self.threads` threads. The first error wins.
     fn rows<T: Range, R: Send>(
         &self,
         ranges: &Table<'_, T>,
@@ -238,4 +226,114 @@ impl<C: Criterion> Asked<'_, C> {
         let rows = pieces(self.threads, ranges.rows(), least, |rows| rows.map(&work).collect::<PyResult<Vec<R>>>());
         Ok(rows.into_iter().collect::<PyResult<Vec<_>>>()?.into_iter().flatten().collect())
     }
+}
+
+/// The three arguments of a motion as Python gave them. A missing one is 0.
+#[derive(Clone, Copy)]
+pub struct MotionArguments<'a, 'py> {
+    pub speed: &'a Bound<'py, PyAny>,
+    pub yaw_rate: Option<&'a Bound<'py, PyAny>>,
+    pub lateral_speed: Option<&'a Bound<'py, PyAny>>,
+}
+
+/// One number for all rows, or one for each.
+enum Quantity {
+    Same(f64),
+    Each(Vec<f64>),
+}
+
+/// A motion for each row of a batch.
+pub struct Motions {
+    speed: Quantity,
+    yaw_rate: Quantity,
+    lateral_speed: Quantity,
+}
+
+impl MotionArguments<'_, '_> {
+    /// The motion of one scan.
+    #[inline(always)]
+    pub fn one(&self) -> PyResult<Motion> {
+        Ok(Motion {
+            speed: number("speed", self.speed)?,
+            yaw_rate: self.yaw_rate.map_or(Ok(0.0), |value| number("yaw_rate", value))?,
+            lateral_speed: self.lateral_speed.map_or(Ok(0.0), |value| number("lateral_speed", value))?,
+        })
+    }
+
+    /// The motions of `rows` scans.
+    pub fn each(&self, rows: usize) -> PyResult<Motions> {
+        let optional = |argument, value: Option<&Bound<'_, PyAny>>| {
+            value.map_or(Ok(Quantity::Same(0.0)), |value| quantity(argument, value, rows))
+        };
+        Ok(Motions {
+            speed: quantity("speed", self.speed, rows)?,
+            yaw_rate: optional("yaw_rate", self.yaw_rate)?,
+            lateral_speed: optional("lateral_speed", self.lateral_speed)?,
+        })
+    }
+}
+
+impl Motions {
+    /// Whether there is a motion for each of `rows` rows.
+    pub fn serve(&self, rows: usize) -> bool {
+        [&self.speed, &self.yaw_rate, &self.lateral_speed].into_iter().all(|quantity| match quantity {
+            Quantity::Same(_) => true,
+            Quantity::Each(values) => values.len() == rows,
+        })
+    }
+
+    /// The motion of one row.
+    pub fn row(&self, row: usize) -> Motion {
+        Motion {
+            speed: self.speed.row(row),
+            yaw_rate: self.yaw_rate.row(row),
+            lateral_speed: self.lateral_speed.row(row),
+        }
+    }
+}
+
+impl From<Motion> for Motions {
+    fn from(motion: Motion) -> Self {
+        Motions {
+            speed: Quantity::Same(motion.speed),
+            yaw_rate: Quantity::Same(motion.yaw_rate),
+            lateral_speed: Quantity::Same(motion.lateral_speed),
+        }
+    }
+}
+
+impl Quantity {
+    fn row(&self, row: usize) -> f64 {
+        match self {
+            Quantity::Same(value) => *value,
+            Quantity::Each(values) => values[row],
+        }
+    }
+}
+
+fn quantity(argument: &str, value: &Bound<'_, PyAny>, rows: usize) -> PyResult<Quantity> {
+    if let Ok(number) = number(argument, value) {
+        return Ok(Quantity::Same(number));
+    }
+    let py = value.py();
+    let wrong = || {
+        let got = describe(value);
+        PyValueError::new_err(format!(
+            "{argument} must be a number or have shape ({rows},), one for each scan, got {got}"
+        ))
+    };
+    refuse_masked(argument, value)?;
+    // Motions are few: unlike ranges they may be converted, if they are numbers.
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let array = numpy.call_method1(intern!(py, "asarray"), (value,)).map_err(|_| wrong())?;
+    let kind: char = array.getattr(intern!(py, "dtype"))?.getattr(intern!(py, "kind"))?.extract()?;
+    if !matches!(kind, 'f' | 'i' | 'u') {
+        return Err(wrong());
+    }
+    let array = numpy.call_method1(intern!(py, "ascontiguousarray"), (array, intern!(py, "float64")))?;
+    let array = array.cast_into::<PyArray1<f64>>().map_err(|_| wrong())?;
+    if array.shape() != [rows] {
+        return Err(wrong());
+    }
+    Ok(Quantity::Each(array.to_vec()?))
 }

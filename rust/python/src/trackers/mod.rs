@@ -1,11 +1,41 @@
-//! How distances become a closing speed, each way with its own settings.
+//! The answers of trackers, and how distances become a closing speed: each way with its own settings.
 
-use crate::settings_object::settings_object;
+pub mod cloud;
+pub mod distance;
+
+use crate::macros::{choices, results, settings_class};
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use ttc_fast_core::tracker::{Method, Noise};
+use ttc_fast_core::tracker::{Method, Noise, TrackedTtc};
 
-settings_object! {
+/// Time-to-collision over several frames, and what it rests on.
+///
+/// Attributes
+/// ----------
+/// ttc : float
+///     ``distance / closing_speed``, s, in [0, inf]; inf where nothing closes or too little is known.
+/// status : Status
+///     What ``ttc`` means. ``update`` of each tracker says when it gives which status.
+/// distance : float
+///     Distance to contact, m. inf when clear, NaN where nothing is known.
+/// closing_speed : float
+///     m/s, positive when approaching; NaN where it is not known.
+/// ttc_interval : tuple of float or None
+///     The truth lies in it nine times of ten, s. Its upper end is inf where the gap may not be closing. None where
+///     ``closing_speed_interval`` is None.
+/// closing_speed_interval : tuple of float or None
+///     The truth lies in it nine times of ten, m/s. None while warming up, and where there is no target.
+#[pyclass(frozen, module = "ttc_fast")]
+pub struct TrackedTTC(pub TrackedTtc);
+
+results! {
+    TrackedTTC: TrackedTtc {
+        ttc "s", status "", distance "m", closing_speed "m/s", ttc_interval "s", closing_speed_interval "m/s"
+    }
+}
+
+settings_class! {
     /// The least-squares line through the distances of the newest seconds.
     ///
     /// Smooth, and late: while the closing speed changes it gives the one of half a window ago. The interval allows for
@@ -35,7 +65,7 @@ settings_object! {
         Method: Method::SlidingLine { window, acceleration }
 }
 
-settings_object! {
+settings_class! {
     /// The least-squares parabola through the distances of the newest seconds.
     ///
     /// Follows a constant acceleration without lag, and takes a longer window than a line to be as certain.
@@ -65,7 +95,7 @@ settings_object! {
         Method: Method::SlidingParabola { window, jerk }
 }
 
-settings_object! {
+settings_class! {
     /// The median slope of all pairs of distances of the newest seconds.
     ///
     /// A quarter of the frames may be arbitrarily wrong. Time grows with the square of the frames in the window.
@@ -98,7 +128,7 @@ settings_object! {
         Method: Method::TheilSen { window, acceleration }
 }
 
-settings_object! {
+settings_class! {
     /// A line whose memory fades exponentially, as an alpha-beta filter.
     ///
     /// The gains follow from the memory and the time between frames, theta = exp(-dt / memory): alpha = 1 - theta^2 and
@@ -118,8 +148,8 @@ settings_object! {
     ///
     /// Notes
     /// -----
-    /// The critically damped, fading-memory filter of first degree: E. Brookner, Tracking and Kalman Filtering Made Easy
-    /// (1998), chapter 1.
+    /// The critically damped, fading-memory filter of first degree: E. Brookner, Tracking and Kalman Filtering Made
+    /// Easy (1998), chapter 1.
     ///
     /// Examples
     /// --------
@@ -133,7 +163,7 @@ settings_object! {
         Method: Method::AlphaBeta { memory, acceleration }
 }
 
-settings_object! {
+settings_class! {
     /// A Kalman filter of constant velocity: the closing speed wanders as a random walk.
     ///
     /// Parameters
@@ -163,7 +193,7 @@ settings_object! {
     KalmanCV(acceleration: f64 = 0.7), "(acceleration=0.7)" => Method: Method::KalmanCv { acceleration }
 }
 
-settings_object! {
+settings_class! {
     /// A Kalman filter of constant acceleration: the closing acceleration wanders as a random walk.
     ///
     /// Parameters
@@ -180,8 +210,8 @@ settings_object! {
     ///
     /// Notes
     /// -----
-    /// Continuous white noise jerk (Wiener process acceleration): Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with
-    /// Applications to Tracking and Navigation (2001), section 6.2. It begins with the line through the first two
+    /// Continuous white noise jerk (Wiener process acceleration): Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation
+    /// with Applications to Tracking and Navigation (2001), section 6.2. It begins with the line through the first two
     /// distances, so that no speed is assumed beforehand.
     ///
     /// Examples
@@ -196,13 +226,14 @@ settings_object! {
         Method: Method::KalmanCa { jerk, acceleration }
 }
 
-settings_object! {
+settings_class! {
     /// The noise of distances, learnt from how they differ from what was expected.
     ///
     /// Parameters
     /// ----------
     /// start : float
-    ///     Standard deviation of one distance that is assumed at first, m. The estimate never falls below a thirtieth of it.
+    ///     Standard deviation of one distance that is assumed at first, m. The estimate never falls below a thirtieth
+    ///     of it.
     /// frames : float
     ///     How many frames the estimate remembers, from 5.
     ///
@@ -221,22 +252,12 @@ settings_object! {
         Noise: Noise::Estimated { start, frames }
 }
 
-/// `method=...`.
-pub fn method(object: &Bound<'_, PyAny>) -> PyResult<Method> {
-    macro_rules! one_of {
-        ($($name:ident),*) => {
-            $(if let Ok(method) = object.cast::<$name>() {
-                return Ok(method.get().core());
-            })*
-        };
-    }
-    one_of!(KalmanCA, KalmanCV, SlidingLine, SlidingParabola, TheilSen, AlphaBeta);
-    Err(PyTypeError::new_err(format!(
-        "method must be a method object such as KalmanCA() or SlidingLine(window=0.5), got {object}"
-    )))
+choices! {
+    method, method_object: Method, "a method object such as KalmanCA() or SlidingLine(window=0.5)"
+    { KalmanCA, KalmanCV, SlidingLine, SlidingParabola, TheilSen, AlphaBeta }
 }
 
-/// `noise=...` of a tracker: an object, or a number.
+/// The noise of distances, from an object or a number.
 pub fn noise(object: &Bound<'_, PyAny>) -> PyResult<Noise> {
     if let Ok(estimated) = object.cast::<EstimatedNoise>() {
         return Ok(estimated.get().core());
@@ -245,4 +266,12 @@ pub fn noise(object: &Bound<'_, PyAny>) -> PyResult<Noise> {
         .extract::<f64>()
         .map(Noise::Given)
         .map_err(|_| PyTypeError::new_err(format!("noise must be a number or EstimatedNoise(...), got {object}")))
+}
+
+/// The object or number that says the noise of distances.
+pub fn noise_object(py: Python<'_>, noise: Noise) -> PyResult<Bound<'_, PyAny>> {
+    match noise {
+        Noise::Given(noise) => noise.into_bound_py_any(py),
+        Noise::Estimated { start, frames } => EstimatedNoise { start, frames }.into_bound_py_any(py),
+    }
 }

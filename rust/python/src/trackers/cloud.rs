@@ -1,0 +1,346 @@
+//! `CloudTracker`, and `Alignment`, how it finds a motion.
+
+use super::TrackedTTC;
+use crate::cloud::estimator_or_default;
+use crate::estimators::estimator_object;
+use crate::gate::{Gate, gate};
+use crate::macros::{for_each_type, settings};
+use crate::points::Cloud;
+use crate::util::run::{level, release};
+use crate::util::state::{Format, item, lock};
+use crate::util::value_error;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::Mutex;
+use ttc_fast_core::alignment::{self as core, Cell, Profile, Sighting, Trend};
+use ttc_fast_core::cloud::{self, Body, CloudSettings, CloudTrack};
+
+/// Follows the nearest body ahead from cloud to cloud, and never two at once.
+///
+/// Parameters
+/// ----------
+/// gate : Gate, optional
+///     Which points count; by default ``Gate()``, in which the road and one's own bonnet count too. On the raw cloud of
+///     a car, use ``Gate.above_road(...)`` with ``x`` from the bumper on.
+/// estimator : estimator object, optional
+///     How the edge of the body is found in a cloud; by default ``KthSmallest(10)``.
+/// method : Alignment, optional
+///     How the motion of the body is found; by default ``Alignment()``.
+/// front_offset : float
+///     Distance from the sensor to the bumper, m.
+/// jump : float
+///     An edge this far from where it was expected is another body's, m: the tracker begins anew with that.
+/// max_gap : float
+///     A body not seen for longer than this is forgotten, s.
+///
+/// Raises
+/// ------
+/// TypeError, ValueError
+///     If an object is of the wrong kind, or a number makes no sense.
+///
+/// Notes
+/// -----
+/// Any thread may call any method, and a call waits for the one before. A tracker can be pickled, with what it
+/// remembers.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, ttc_fast
+/// >>> tracker = ttc_fast.CloudTracker()
+/// >>> y, z = (side.ravel() for side in np.meshgrid(np.linspace(-0.8, 0.8, 33), np.linspace(-1.0, 0.5, 31)))
+/// >>> for frame in range(6):
+/// ...     wall = np.column_stack([np.full(y.size, 12.0 - 0.4 * frame), y, z])
+/// ...     seen = tracker.update(wall, stamp=0.1 * frame)
+/// >>> seen
+/// TrackedTTC(ttc=2.5000, status=CLOSING, distance=10.0000, closing_speed=4.0000)
+#[pyclass(frozen, module = "ttc_fast")]
+pub struct CloudTracker {
+    tracker: Mutex<cloud::CloudTracker>,
+    settings: CloudSettings,
+}
+
+#[pymethods]
+impl CloudTracker {
+    #[new]
+    #[pyo3(signature = (gate=None, *, estimator=None, method=None, front_offset=0.0, jump=0.5, max_gap=0.5))]
+    fn new(
+        gate: Option<&Bound<'_, PyAny>>,
+        estimator: Option<&Bound<'_, PyAny>>,
+        method: Option<&Bound<'_, PyAny>>,
+        front_offset: f64,
+        jump: f64,
+        max_gap: f64,
+    ) -> PyResult<Self> {
+        let settings = CloudSettings {
+            gate: *self::gate(gate)?,
+            estimator: estimator_or_default(estimator)?,
+            method: alignment(method)?,
+            front_offset,
+            jump,
+            max_gap,
+        };
+        let tracker = Mutex::new(cloud::CloudTracker::new(settings).map_err(value_error)?);
+        Ok(CloudTracker { tracker, settings })
+    }
+
+    /// Take in a cloud, and say how the body ahead moves.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : ndarray or tuple of ndarray
+    ///     Points as for ``robust_min_x``.
+    /// stamp : float
+    ///     When they were taken, s, from any origin.
+    ///
+    /// Returns
+    /// -------
+    /// TrackedTTC
+    ///     ``ttc``, ``distance``, ``closing_speed``, intervals and ``status``: CLEAR: nothing in the gate. NOT_CLOSING,
+    ///     CLOSING. CONTACT: the distance is 0 or below, from the first frame on. TOO_FEW: too few points for the
+    ///     estimator, the plain nearest was used. WARMING_UP: fewer than 3 frames of this body so far. LOST: the body
+    ///     is not there any more; for ``max_gap`` it is taken to go on as it did. NO_DATA: no valid point. INVALID: the
+    ///     stamp is not finite, or not later than the last one; nothing is remembered of such a cloud, and the answer
+    ///     is that of the last body seen.
+    ///
+    /// Raises
+    /// ------
+    /// TypeError, ValueError
+    ///     As in ``robust_min_x``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> tracker = ttc_fast.CloudTracker(estimator=ttc_fast.Minimum())
+    /// >>> tracker.update(np.array([[8.0, 0.0, 0.5]]), stamp=3.0)
+    /// TrackedTTC(ttc=inf, status=WARMING_UP, distance=8.0000, closing_speed=NaN)
+    fn update(&self, py: Python<'_>, points: &Bound<'_, PyAny>, stamp: &Bound<'_, PyAny>) -> PyResult<TrackedTTC> {
+        let stamp = crate::util::number("stamp", stamp)?;
+        let cloud = Cloud::view("points", points)?;
+        let points = cloud.points();
+        let mut guard = lock(py, &self.tracker);
+        let tracker = &mut *guard;
+        let seen =
+            release(py, 3 * points.len(), || for_each_type!(points, points => tracker.update(points, stamp, level())));
+        seen.map(TrackedTTC).map_err(value_error)
+    }
+
+    /// Forget everything, as a new tracker with the same settings.
+    ///
+    /// Returns
+    /// -------
+    /// None
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, ttc_fast
+    /// >>> tracker = ttc_fast.CloudTracker(estimator=ttc_fast.Minimum())
+    /// >>> _ = tracker.update(np.array([[8.0, 0.0, 0.5]]), stamp=3.0)
+    /// >>> tracker.reset()
+    /// >>> tracker.update(np.array([[8.0, 0.0, 0.5]]), stamp=0.0).status.name
+    /// 'WARMING_UP'
+    fn reset(&self, py: Python<'_>) {
+        lock(py, &self.tracker).track = CloudTrack::default();
+    }
+
+    /// Return what the tracker remembers, as numbers, strings and lists that JSON can hold.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``class`` and ``version``; ``stamp`` of the last frame; the ``present`` body and the one before,
+    ///     ``shelved``, each with its ``sightings`` and ``trend``. For ``restore``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ttc_fast
+    /// >>> print(*ttc_fast.CloudTracker().state())
+    /// class version stamp present shelved
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let CloudTrack { stamp, present, shelved } = lock(py, &self.tracker).track.clone();
+        let state = FORMAT.state(py)?;
+        state.set_item("stamp", stamp)?;
+        state.set_item("present", body_to(py, &present)?)?;
+        state.set_item("shelved", body_to(py, &shelved)?)?;
+        Ok(state)
+    }
+
+    /// Remember what another tracker with the same settings remembered, and go on from there, bit for bit.
+    ///
+    /// Parameters
+    /// ----------
+    /// state : dict
+    ///     A state that ``state()`` gave.
+    ///
+    /// Returns
+    /// -------
+    /// None
+    ///
+    /// Raises
+    /// ------
+    /// TypeError, ValueError
+    ///     If it is no such state, or one of another class or version. The tracker then remembers what it did.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import json, numpy as np, ttc_fast
+    /// >>> tracker, other = ttc_fast.CloudTracker(), ttc_fast.CloudTracker()
+    /// >>> _ = tracker.update(np.full((20, 3), 5.0) - [0, 5, 5], stamp=0.0)
+    /// >>> other.restore(json.loads(json.dumps(tracker.state())))
+    /// >>> json.dumps(other.state()) == json.dumps(tracker.state())
+    /// True
+    fn restore(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let restored = track(FORMAT.check(state)?)?;
+        lock(py, &self.tracker).track = restored;
+        Ok(())
+    }
+
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.state(py)
+    }
+
+    fn __setstate__(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.restore(py, state)
+    }
+}
+
+settings! {
+    CloudTracker |it, py| {
+        gate: Gate(it.settings.gate),
+        estimator: estimator_object(py, it.settings.estimator)?,
+        method: Alignment(it.settings.method),
+        front_offset: it.settings.front_offset,
+        jump: it.settings.jump,
+        max_gap: it.settings.max_gap,
+    }
+}
+
+const FORMAT: Format = Format { class: "CloudTracker", version: 2 };
+
+/// Column, level, count, x and z of a cell.
+type Row = [f64; 5];
+
+/// The numbers of a cell.
+fn row(cell: &Cell) -> Row {
+    [f64::from(cell.column), f64::from(cell.level), cell.count, cell.x, cell.z]
+}
+
+/// A cell from numbers.
+fn cell([column, level, count, x, z]: Row) -> PyResult<Cell> {
+    #[allow(clippy::cast_possible_truncation, reason = "checked by the way back")]
+    let whole = |number: f64| {
+        let whole = number as i32;
+        let exact = f64::from(whole) == number;
+        exact.then_some(whole).ok_or_else(|| PyValueError::new_err("state must hold whole numbers of cells"))
+    };
+    Ok(Cell { column: whole(column)?, level: whole(level)?, count, x, z })
+}
+
+/// The track that a state from Python holds.
+fn track(state: &Bound<'_, PyDict>) -> PyResult<CloudTrack> {
+    let stamp = item(state, "stamp")?.extract()?;
+    let body = |name| body_from(&item(state, name)?.cast_into()?);
+    CloudTrack { stamp, present: body("present")?, shelved: body("shelved")? }.checked().map_err(value_error)
+}
+
+fn body_to<'py>(py: Python<'py>, Body { sightings, trend }: &Body) -> PyResult<Bound<'py, PyDict>> {
+    let sightings = sightings.iter().map(|sighting| {
+        let each = PyDict::new(py);
+        each.set_item("stamp", sighting.stamp)?;
+        each.set_item("edge", sighting.edge)?;
+        each.set_item("cells", sighting.profile.cells.iter().map(row).collect::<Vec<_>>())?;
+        Ok(each)
+    });
+    let state = PyDict::new(py);
+    state.set_item("sightings", sightings.collect::<PyResult<Vec<_>>>()?)?;
+    state.set_item("trend", trend.map(|it| [it.distance, it.closing_speed, it.variance]))?;
+    Ok(state)
+}
+
+fn body_from(state: &Bound<'_, PyDict>) -> PyResult<Body> {
+    let mut sightings = Vec::new();
+    for each in item(state, "sightings")?.try_iter()? {
+        let each = each?.cast_into::<PyDict>()?;
+        let cells = item(&each, "cells")?.extract::<Vec<Row>>()?;
+        let profile = Profile { cells: cells.into_iter().map(cell).collect::<PyResult<_>>()? };
+        sightings.push(Sighting { stamp: number(&each, "stamp")?, edge: number(&each, "edge")?, profile });
+    }
+    let trend = item(state, "trend")?.extract::<Option<[f64; 3]>>()?;
+    let trend = trend.map(|[distance, closing_speed, variance]| Trend { distance, closing_speed, variance });
+    Ok(Body { sightings, trend })
+}
+
+fn number(state: &Bound<'_, PyDict>, name: &str) -> PyResult<f64> {
+    item(state, name)?.extract()
+}
+
+/// How a ``CloudTracker`` finds the motion of the body ahead: from all of it, not from its nearest point.
+///
+/// The side of the body that faces the sensor is divided into cells. Each cell sees the body at a distance that is its
+/// own plus the body's motion, which is the same for all cells; both are estimated together from the frames of a
+/// window, with weights that outvote what does not move like the rest.
+///
+/// Parameters
+/// ----------
+/// cell : tuple of float
+///     Width and height of a cell, m: about as large as rings and beams are apart where it matters.
+/// depth : float
+///     How far behind its nearest point a body counts, m.
+/// window : float
+///     Time for which a frame counts, s; of those frames, the last 16. Frames that do not fit one acceleration are left
+///     out, oldest first.
+/// range_noise : float
+///     Standard deviation of a range, m, by the data sheet of the sensor. What the points themselves say counts more.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If a setting is not above 0 and finite.
+///
+/// Notes
+/// -----
+/// Regression within cells ("fixed effects") with Tukey's biweight; a line and a parabola, averaged by their posterior
+/// odds [Hoeting et al., Bayesian model averaging, 1999].
+///
+/// Examples
+/// --------
+/// >>> import ttc_fast
+/// >>> ttc_fast.Alignment(window=0.5)
+/// Alignment(cell=(0.2, 0.05), depth=0.8, window=0.5, range_noise=0.02)
+#[pyclass(frozen, module = "ttc_fast")]
+pub struct Alignment(pub core::Alignment);
+
+#[pymethods]
+impl Alignment {
+    #[new]
+    #[pyo3(signature = (cell=[0.2, 0.05], *, depth=0.8, window=1.0, range_noise=0.02),
+           text_signature = "(cell=(0.2, 0.05), *, depth=0.8, window=1.0, range_noise=0.02)")]
+    fn new(cell: [f64; 2], depth: f64, window: f64, range_noise: f64) -> PyResult<Self> {
+        core::Alignment { cell, depth, window, range_noise }.checked().map(Alignment).map_err(value_error)
+    }
+}
+
+settings! {
+    value Alignment |it, py| {
+        cell: {
+            let [width, height] = it.0.cell;
+            (width, height)
+        },
+        depth: it.0.depth,
+        window: it.0.window,
+        range_noise: it.0.range_noise,
+    }
+}
+
+/// The method that an argument says, which is `Alignment()` where it is missing.
+pub fn alignment(object: Option<&Bound<'_, PyAny>>) -> PyResult<core::Alignment> {
+    object.map_or_else(
+        || Ok(core::Alignment::default()),
+        |object| {
+            object
+                .cast::<Alignment>()
+                .map(|method| method.get().0)
+                .map_err(|_| PyTypeError::new_err(format!("method must be an Alignment, got {object}")))
+        },
+    )
+}
