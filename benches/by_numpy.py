@@ -128,7 +128,7 @@ def supported(points: Any, count: int, gap: float) -> Any:
 
 
 def scipy_cluster(points: Any, tolerance: float, min_points: int) -> Any:
-    """The nearest connected component of the graph of close pairs that is large enough."""
+    """Return the least x of the large connected components of the graph of close pairs."""
     inside = points[mask(points), :3]
     pairs = spatial.cKDTree(inside).query_pairs(tolerance, output_type="ndarray")
     links = sparse.coo_matrix((np.ones(len(pairs), bool), pairs.T), shape=(len(inside), len(inside)))
@@ -136,24 +136,24 @@ def scipy_cluster(points: Any, tolerance: float, min_points: int) -> Any:
 
 
 def open3d_cluster(points: Any, tolerance: float, min_points: int) -> Any:
-    """DBSCAN of the gated points in which every point is a core point, which makes it the same question."""
+    """Return the least x of the large clusters of DBSCAN in which every point is a core point: the same question."""
     inside = points[mask(points), :3]
     labels = np.asarray(open3d_cloud(inside).cluster_dbscan(tolerance, 1))
     return _nearest_group(inside, labels, min_points)
 
 
 def open3d_cloud(points: Any) -> Any:
-    """Coordinates as Open3D keeps them: copied to float64."""
+    """Copy coordinates to float64, as Open3D keeps them."""
     return open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points[:, :3].astype(np.float64)))
 
 
 def open3d_box() -> Any:
-    """The gate, but for the intensity, which its clouds do not have."""
+    """Return the gate without the intensity, which clouds of Open3D do not have."""
     return open3d.geometry.AxisAlignedBoundingBox(*np.transpose((X, Y, Z)))
 
 
 def open3d_minimum(cloud: Any, box: Any) -> Any:
-    """The usual recipe: crop, remove outliers, take the least x. Another question with another answer."""
+    """Crop, remove outliers, take the least x: the usual recipe, which is another question with another answer."""
     kept, _ = cloud.crop(box).remove_statistical_outlier(20, 2.0)
     return kept.get_min_bound()[0]
 

@@ -30,20 +30,20 @@ SETTINGS: dict[str, Any] = {
 
 
 def place(beams: int) -> tuple[float, float, int]:
-    """The positional arguments of ``ScanTTC``: 270 degrees, the middle beam ahead."""
+    """Return the positional arguments of ``ScanTTC``: 270 degrees, the middle beam ahead."""
     view = 1.5 * math.pi
     return -view / 2, view / (beams - 1), beams
 
 
 def directions(beams: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Cosine and sine of each beam."""
+    """Return cosine and sine of each beam."""
     angle_min, increment, _ = place(beams)
     angles = angle_min + increment * np.arange(beams)
     return np.cos(angles), np.sin(angles)
 
 
 def offsets(beams: int) -> NDArray[np.float64]:
-    """From the sensor to the outline along each beam, m."""
+    """Return the distance from the sensor to the outline along each beam, m."""
     cos, sin = directions(beams)
     x, y, _ = MOUNT
     x_rear, x_front, y_right, y_left = OUTLINE
@@ -51,7 +51,7 @@ def offsets(beams: int) -> NDArray[np.float64]:
 
 
 def rooms(scans: int, beams: int, dtype: DTypeLike) -> Floats:
-    """Scans of as many rooms, shape (scans, beams): things in them, noise, and NaN, +inf and error codes in between.
+    """Make scans of rooms with things in them, shape (scans, beams), with noise, NaN, +inf and error codes.
 
     The same in every run, and no two alike.
     """
@@ -73,7 +73,7 @@ def rooms(scans: int, beams: int, dtype: DTypeLike) -> Floats:
 
 
 def flat_walls(scans: int, beams: int, dtype: DTypeLike) -> Floats:
-    """Scans of a wall across the way ahead, each at another distance, and of nothing else."""
+    """Make scans of a wall across the way ahead, each at another distance, and of nothing else."""
     cos, _ = directions(beams)
     distances = np.linspace(4.0, 12.0, scans)[:, np.newaxis]
     with np.errstate(divide="ignore"):
@@ -81,7 +81,7 @@ def flat_walls(scans: int, beams: int, dtype: DTypeLike) -> Floats:
 
 
 def ties(scans: int, beams: int, dtype: DTypeLike) -> Floats:
-    """Scans in which every closing beam of the turning car takes the same time, but for rounding: the worst case."""
+    """Make scans in which all closing beams of the turning car take the same time but for rounding: the worst case."""
     cos, sin = directions(beams)
     closing = SPEED * cos + YAW_RATE * MOUNT[0] * sin
     times = np.linspace(1.0, 3.0, scans)[:, np.newaxis]
@@ -92,7 +92,7 @@ SCENES: dict[str, Callable[[int, int, DTypeLike], Floats]] = {"rooms": rooms, "w
 
 
 def _to_rectangle(edges: tuple[float, float, float, float], cos: Floats, sin: Floats) -> NDArray[np.float64]:
-    """The way from the origin to a rectangle around it, along each direction."""
+    """Return the distance from the origin to a rectangle around it, along each direction."""
     x_rear, x_front, y_right, y_left = edges
     with np.errstate(divide="ignore"):
         to_end = np.maximum(x_rear / cos, x_front / cos)

@@ -60,13 +60,13 @@ class Goal:
     without another case the time of ``beside`` is to be at least ``limit`` times ours."""
     ours: str = OURS
     label: str = ""
-    """Describes ``beside`` where that takes more than its name."""
+    """The description of ``beside`` where that takes more than its name."""
     why: str = ""
     """The reason why the goal is out of reach, where it is."""
 
     @property
     def who(self) -> str:
-        """What stands in the table beside ours."""
+        """The entry of the table beside ours."""
         return self.label or self.beside
 
     @property
@@ -90,7 +90,7 @@ class Case:
     inputs: Callable[[], Sequence[Any]]
     """Makes the inputs that the call is timed with in turn."""
     implementations: Mapping[str, Callable[[], Implementation]]
-    """Everyone who can answer on this machine; ttc_fast first."""
+    """The implementations that can answer on this machine; ttc_fast is the first."""
     compare: Callable[[Implementation, Sequence[Any]], None]
     """Raises AssertionError if an answer is wrong."""
     goals: Sequence[Goal] = ()

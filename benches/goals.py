@@ -70,7 +70,7 @@ the times (None where one is missing), whether the goal is met, and why not."""
 
 
 def _of_cases(rounds: int) -> Iterator[_Row]:
-    """Measure everyone whom a case's goals are about together, in turns."""
+    """Measure all implementations that the goals of a case name together, in turns."""
     for case in track([case for case in CASES if case.goals], description="goals", transient=True):
         pairs = [((case, goal.ours), (goal.other or case, goal.beside)) for goal in case.goals]
         everyone = dict.fromkeys(each for pair in pairs for each in pair if each[1] in each[0].implementations)

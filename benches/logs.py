@@ -129,7 +129,7 @@ def read_ttc(path: Path) -> float:
 
 
 def rosbags_ttc(path: Path) -> float:
-    """Do the same with rosbags alone."""
+    """Read scans with rosbags alone, and take the TTC of each."""
     store = get_typestore(Stores.ROS1_NOETIC if path.suffix == ".bag" else Stores.ROS2_HUMBLE)
     least: float = float("inf")
     speed: float = 0.0
@@ -157,7 +157,7 @@ def replay_csv(path: Path) -> float:
 
 
 def replay_outline(path: Path) -> float:
-    """Do that with an outline, so that what brakes is the way of the vehicle: its TTC is another one."""
+    """Replay it with an outline, so that the swept path brakes, whose TTC is another one; write the rows."""
     with CsvWriter(path.with_suffix(".csv")) as writer:
         _least(Replay(path, Settings(log_options={"outline": OUTLINE})), writer.write)
     return np.nan
@@ -170,7 +170,7 @@ def _least(replay: Replay, take: Callable[[Any], None]) -> float:
 
 
 def call_kernel(path: Path, make: Callable[..., Any], calls: int) -> float:
-    """Call a kernel on the first scan, so often; return the CPU time of a call, us."""
+    """Call a kernel on the first scan ``calls`` times; return the CPU time of a call, us."""
     log = open_log(path)
     assert isinstance(log, ScanLog)
     nearest, frame = make(vars(log.scanner)).nearest, next(iter(log))
@@ -224,7 +224,7 @@ def report(scans: int, rounds: int) -> Report:
 
 
 def grow(gigabytes: float, *, replayed: bool) -> None:
-    """Repeat a bag to a size, read or replay it, and tell the resident memory on the way."""
+    """Repeat a bag to a size, read or replay it, and print the resident memory on the way."""
     with tempfile.TemporaryDirectory() as folder:
         path = write_bags(Path(folder), 4000)[0]
         content = path.read_bytes()

@@ -1,4 +1,4 @@
-"""Everyone side by side, in turns, in one process: ``python -m benches.report``."""
+"""Times of all implementations side by side, taken in turns in one process: ``python -m benches.report``."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def side_by_side(title: str, legend: str, cases: Sequence[Case], rounds: int) -> Report:
-    """Return the medians of everyone over ``cases``."""
+    """Return the medians of all implementations over ``cases``."""
     peers = list(dict.fromkeys(name for case in cases for name in case.implementations if name != OURS))
     rows = []
     for case in track(cases, description=title, transient=True):

@@ -100,7 +100,7 @@ _scenes = {name: lru_cache(maxsize=2)(scene) for name, scene in car.SCENES.items
 
 
 def _parts(answer: Any) -> tuple[Any, Any]:
-    """Return the times, and the beams if the answer says which."""
+    """Return the times, and the beams if the answer names them."""
     if isinstance(answer, tuple):
         times, beams = answer
         return times, beams

@@ -1,4 +1,4 @@
-"""The clouds: recorded frames where there are recordings, or our own of the same size; and what is made of them."""
+"""The clouds: recorded frames, or simulated ones of the same size where there are no recordings."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     Cloud = NDArray[Any]
 
 X, Y, Z, INTENSITY = (2.0, 20.0), (-2.0, 2.0), (-1.5, -0.9), (0.1, 1.0)
-"""The gate: low things in the own lane that are no part of the own car, and reflect."""
+"""The bounds of the gate: low things in the own lane that are no part of the own car, and reflect."""
 FRAME = 114_000
-"""Points of a whole frame."""
+"""The number of points of a whole frame."""
 FRAMES = 3
 STEPS = {16: 12, 22: 12, 32: 16, 48: 16}
 """Bytes from record to record, as drivers choose them, and where the intensity is in each."""
@@ -31,7 +31,7 @@ SOURCE = "recorded KITTI frames" if _FOLDER.is_dir() else "our own frames of the
 
 @lru_cache(maxsize=1)
 def frames() -> list[Cloud]:
-    """Rows of x, y, z, intensity, float32, ring after ring."""
+    """Return frames as rows of x, y, z, intensity, float32, ring after ring."""
     if not _FOLDER.is_dir():
         return [drawn(seed) for seed in range(FRAMES)]
     files = sorted(_FOLDER.glob("*.bin.gz"))[:FRAMES]
@@ -41,7 +41,7 @@ def frames() -> list[Cloud]:
 
 
 def drawn(seed: int) -> Cloud:
-    """A frame of our own: a road between houses, and a car 8 m ahead."""
+    """Simulate a frame: a road between houses, and a car 8 m ahead."""
     rng = np.random.default_rng(seed)
     elevation, azimuth = np.meshgrid(np.radians(np.linspace(2.0, -24.8, 64)), np.linspace(np.pi, -np.pi, 1782))
     elevation, azimuth = elevation.T.ravel()[:FRAME], azimuth.T.ravel()[:FRAME]
@@ -56,13 +56,13 @@ def drawn(seed: int) -> Cloud:
 
 
 def ahead(cloud: Cloud, points: int) -> Cloud:
-    """The points closest to the x axis, in the order in which they were."""
+    """Return the points closest to the x axis, in the order in which they were."""
     angle = np.abs(np.arctan2(cloud[:, 1], cloud[:, 0]))
     return cloud[np.sort(np.argsort(angle, kind="stable")[:points])]
 
 
 def clouds(points: int) -> list[Cloud]:
-    """So many points: what a frame has ahead, or frames over and over with noise upon them."""
+    """Make clouds of a number of points: what a frame has ahead, or frames over and over with noise upon them."""
     if points <= FRAME:
         return [ahead(frame, points) for frame in frames()]
     noise = np.random.default_rng(points).normal(0.0, 0.02, (points, 4)).astype(np.float32)
@@ -71,7 +71,7 @@ def clouds(points: int) -> list[Cloud]:
 
 
 def _inside(cloud: Cloud) -> Cloud:
-    """As many points, every one inside the gate."""
+    """Make a cloud of the same size whose every point is inside the gate."""
     rng = np.random.default_rng(len(cloud))
     columns = [rng.uniform(*bounds, len(cloud)) for bounds in (X, Y, Z, INTENSITY)]
     # Rounding cannot push one out, because the gate's bounds are rounded too.
@@ -108,7 +108,7 @@ ORDERS: dict[str, Callable[[Cloud], Cloud]] = {
 
 
 def records(cloud: Cloud, step: int) -> Cloud:
-    """The same points as records of ``step`` bytes."""
+    """Return the points as records of ``step`` bytes."""
     names, offsets = ["x", "y", "z", "intensity"], [0, 4, 8, STEPS[step]]
     dtype = np.dtype({"names": names, "formats": ["f4"] * 4, "offsets": offsets, "itemsize": step})
     out: Any = np.zeros(len(cloud), dtype)

@@ -1,4 +1,4 @@
-"""How times are taken: in turns, so that whatever else the machine does hits everyone alike."""
+"""How times are taken: in turns, so that other work of the machine hits all implementations alike."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def one_call(case: Case, implementation: Implementation) -> Callable[[], None]:
 
 
 class _Stint:
-    """What one implementation does in a turn: as many calls as fill the slice, on inputs that come round again."""
+    """The turn of one implementation: as many calls as fill the slice, on inputs that come round again."""
 
     def __init__(self, case: Case, implementation: Implementation) -> None:
         self._timed = implementation.compiled(_THROUGHPUT)
@@ -67,7 +67,7 @@ class _Stint:
             self._calls = max(2 * self._calls, int(self._calls * SLICE_NS / (elapsed + 1)))
 
     def work(self) -> float:
-        """Time of a call, ns, after the inputs were brought back into the caches that others have used meanwhile."""
+        """Return the time of a call, ns, after the inputs were brought back into the caches."""
         self._timed(self._inputs)
         turns = list(islice(self._turns, self._calls))
         start = perf_counter_ns()
@@ -77,7 +77,7 @@ class _Stint:
 
 @contextmanager
 def no_collection() -> Iterator[None]:
-    """No garbage collection meanwhile: it would count as somebody's time, by chance."""
+    """Keep garbage from being collected meanwhile: it would count as the time of one implementation, by chance."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:

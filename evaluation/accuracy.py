@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from evaluation.methods import Answer, Method
 
 SLOWEST = 0.3
-"""m/s: whatever closes more slowly has no time-to-collision to be off from."""
+"""The slowest closing speed that counts, m/s: what closes more slowly has no time-to-collision to compare with."""
 
 
 @dataclass(frozen=True)
@@ -31,18 +31,18 @@ class Score:
 
     median: float
     most: float
-    """In nine frames of ten it is no larger."""
+    """The 90 % quantile."""
     largest: float
     negative: int
-    """Frames in which a car that comes closer was taken to go away."""
+    """The number of frames in which a car that comes closer was taken to go away."""
     jitter: float
-    """Standard deviation, robust, of how the error changes from frame to frame."""
+    """The robust standard deviation of the change of the error from frame to frame."""
     inside: float
-    """Share of frames with the truth inside the interval, of those with one; NaN if there is none."""
+    """The share of frames with an interval that have the truth inside it; NaN if no frame has an interval."""
 
 
 def score(runs: Sequence[tuple[Sequence[Answer], Sequence[float]]]) -> Score:
-    """Of runs: answers, and the true times beside them, NaN where none counts."""
+    """Score runs: each has the answers, and beside them the true times, NaN where a frame does not count."""
     errors: list[float] = []
     changes: list[float] = []
     inside: list[bool] = []
@@ -69,18 +69,18 @@ def score(runs: Sequence[tuple[Sequence[Answer], Sequence[float]]]) -> Score:
 
 
 WARM = 5
-"""Frames of each approach that warm methods up."""
+"""The number of frames of each approach that warm methods up."""
 NODS = (0.0, 0.05, 0.1, 0.2)
-"""Standard deviation of the pitch from frame to frame, degrees."""
+"""Standard deviations of the pitch from frame to frame, degrees."""
 
 
 def simulate(approaches: Iterable[Approach], seeds: int) -> list[list[Frame]]:
-    """Frames of each approach, so many times."""
+    """Return the frames of each approach, ``seeds`` times."""
     return [approach.frames(seed) for approach in approaches for seed in range(seeds)]
 
 
 def on_simulation(method: Method, runs: Sequence[Sequence[Frame]]) -> Score:
-    """How far a method is off where the truth is known."""
+    """Score a method where the truth is known."""
 
     def truth(number: int, frame: Frame) -> float:
         return frame.ttc if number >= WARM and frame.closing_speed >= SLOWEST else np.nan
@@ -97,7 +97,7 @@ def on_simulation(method: Method, runs: Sequence[Sequence[Frame]]) -> Score:
 
 
 def on_recordings(method: Method) -> Score | None:
-    """How far a method is from the reference; ``None`` where there are no recordings."""
+    """Score a method by the reference of the recordings; return None where there are no recordings."""
     clouds = recorded.clouds()
     if not clouds:
         return None
@@ -106,7 +106,7 @@ def on_recordings(method: Method) -> Score | None:
 
 
 def percent(share: float, digits: int = 1) -> str:
-    """A share as text; empty where there is none."""
+    """Return a share as text, and NaN as the empty text."""
     return "" if np.isnan(share) else f"{100 * share:.{digits}f} %" if np.isfinite(share) else "∞"
 
 
@@ -115,19 +115,19 @@ HEAD = """| method | median | 90 % | largest | negative | jitter | inside |
 
 
 def row(name: str, score: Score) -> str:
-    """One line of a table."""
+    """Return one line of a table."""
     errors = map(percent, (score.median, score.most, score.largest))
     numbers = [*errors, str(score.negative), percent(score.jitter), percent(score.inside, 0)]
     return f"| {name} | " + " | ".join(numbers) + " |"
 
 
 def table(scores: Mapping[str, Score]) -> str:
-    """Every method."""
+    """Return the table of every method."""
     return "\n".join([HEAD, *(row(name, score) for name, score in scores.items())])
 
 
 def beside_the_best(scores: Mapping[str, Score]) -> list[str]:
-    """The 90 % error of the alignment beside that of the best method of each group."""
+    """Return the 90 % error of the alignment beside that of the best method of each group."""
     ours = scores[ALIGNMENT].most
     lines = []
     for group, members in groups().items():
@@ -142,7 +142,7 @@ BESIDE = """| of | the best is | its 90 % | alignment's | ratio |
 
 
 def nodding(seeds: int) -> str:
-    """The alignment on a car that nods."""
+    """Return the table of the alignment on a car that nods."""
     lines = [
         "| pitch | motion | median | 90 % | largest | inside |",
         "|---:|---|---:|---:|---:|---:|",
@@ -157,7 +157,7 @@ def nodding(seeds: int) -> str:
 
 
 def tables(seeds: int) -> str:
-    """All of them, in Markdown."""
+    """Return all tables, in Markdown."""
     runs = simulate((*STEADY, *CHANGING), seeds)
     simulated = {name: on_simulation(method, runs) for name, method in methods().items()}
     asked = {name: on_recordings(method) for name, method in methods().items()}

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     Matches = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 DT = 0.1
-"""Of the recordings, s."""
+"""The time between two frames of the recordings, s."""
 DETECTORS = ("AKAZE", "SIFT", "ORB")
 LESSONS = ("AKAZE", "SHI-BRISK")
 SEEDS = range(1, 6)
@@ -38,12 +38,12 @@ LEGEND = (
 
 
 class Estimate(NamedTuple):
-    """What an estimator makes of the recordings."""
+    """The answers of one estimator to the recordings."""
 
     errors: dict[str, list[float]]
-    """Relative, by detector."""
+    """The relative errors of the TTC, by detector."""
     lesson: dict[str, float]
-    """Times, s, by the name of the matches."""
+    """The TTC of the lesson, s, by the name of the matches."""
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -57,14 +57,14 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def estimators() -> dict[str, Any]:
-    """Everyone, by name; the default first as the users have it, then with other seeds."""
+    """Return every estimator by name; the default is there once as users have it, and once for each seed."""
     every = [MedianRatio(), TrimmedMeanRatio(0.0), TrimmedMeanRatio(0.1), TrimmedMeanRatio(0.25), LeastSquares()]
     seeded = {f"Consensus(seed={seed})": Consensus(seed=seed) for seed in SEEDS}
     return {str(estimator): estimator for estimator in every} | {DEFAULT: None} | seeded
 
 
 def estimated(data: Path, estimator: Any) -> Estimate:
-    """Ask one of them about all recordings; None is the default."""
+    """Ask an estimator about all recordings; None is the default."""
     truth = _references(data)
     errors: dict[str, list[float]] = {detector: [] for detector in DETECTORS}
     for (detector, frame), (previous, current) in _recorded(data).items():
@@ -75,7 +75,7 @@ def estimated(data: Path, estimator: Any) -> Estimate:
 
 
 def report(found: dict[str, Estimate]) -> Report:
-    """The table, with one row for the other seeds: the worst of them for each number."""
+    """Make the table, with one row for the other seeds: the worst of them for each number."""
     plain = {detector: float(np.median(errors)) for detector, errors in found[PLAIN].errors.items()}
     rows = []
     for name, each in found.items():
@@ -106,7 +106,7 @@ def _references(data: Path) -> dict[int, float]:
 
 
 def _recorded(data: Path) -> dict[tuple[str, int], Matches]:
-    """Positions before and now, by detector and later frame."""
+    """Return the positions before and now, by detector and later frame."""
     pairs: dict[tuple[str, int], list[list[float]]] = {}
     with gzip.open(data / "kitti/keypoints/matches_opencv.csv.gz", "rt") as table:
         for row in csv.DictReader(table):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 ROAD_REFLECTIVITY = 0.15
 RATE = 10.0
-"""Turns per second."""
+"""The turns of the scanner per second."""
 
 
 @dataclass(frozen=True)
@@ -28,25 +28,25 @@ class Scanner:
     """A lidar with 64 rings, as on the cars of KITTI."""
 
     height: float = 1.73
-    """Above the road, m."""
+    """The height of the scanner above the road, m."""
     rings: Floats = field(
         default_factory=lambda: np.radians(
             np.concatenate([np.linspace(2.0, -8.33, 32), np.linspace(-8.83, -24.33, 32)])
         )
     )
-    """Upwards from the horizon, rad."""
+    """The elevation of each ring from the horizon, rad."""
     azimuths: Floats = field(default_factory=lambda: np.radians(np.arange(-20.0, 20.0, 0.18)))
-    """Left of straight ahead, rad."""
+    """The azimuths of a turn, positive to the left, rad."""
     range_noise: float = 0.02
-    """Standard deviation of a range, m."""
+    """The standard deviation of a range, m."""
     dropouts: float = 0.03
-    """Share of returns that are lost."""
+    """The share of returns that are lost."""
     strays: float = 0.1
-    """How often a frame has a point in front of the car that nothing explains."""
+    """The share of frames with a point in front of the car that nothing explains."""
     jitter: float = 0.0
-    """Standard deviation of what all ranges of a frame are off together, m."""
+    """The standard deviation of the error that all ranges of a frame share, m."""
     pitch: float = 0.0
-    """Standard deviation of how the car nods from frame to frame, rad."""
+    """The standard deviation of the pitch of the car from frame to frame, rad."""
 
 
 class Panel(NamedTuple):
@@ -71,14 +71,14 @@ CAR = (
 
 
 class Pose(NamedTuple):
-    """Where a rear is: its nearest point from the sensor, and its middle to the left, m."""
+    """The place of a rear: its nearest point ahead of the sensor, and its middle to the left, m."""
 
     x: float
     y: float
 
 
 def first_hit(panel: Panel, pose: Pose, across: Floats, upwards: Floats, height: float) -> Floats:
-    """How far ahead each ray meets a panel, m; inf where it does not.
+    """Return how far ahead each ray meets a panel, m; inf where it does not.
 
     A ray is at ``y = x across`` and ``z = x upwards``: what is met is a root of a quadratic in x.
     """
@@ -94,7 +94,7 @@ def first_hit(panel: Panel, pose: Pose, across: Floats, upwards: Floats, height:
 
 
 def turn(scanner: Scanner, rears: list[Pose], rng: np.random.Generator) -> NDArray[np.float32]:
-    """One turn over a road with cars on it: rows of x, y, z, reflectivity, ring after ring."""
+    """Return one turn over a road with cars on it: rows of x, y, z, reflectivity, ring after ring."""
     elevation, azimuth = (angle.ravel() for angle in np.meshgrid(scanner.rings, scanner.azimuths, indexing="ij"))
     nod = scanner.pitch * rng.standard_normal()
     across, upwards = np.tan(azimuth), np.tan(elevation + nod) / np.cos(azimuth)
@@ -120,11 +120,11 @@ def turn(scanner: Scanner, rears: list[Pose], rng: np.random.Generator) -> NDArr
 
 
 GATE = Gate.above_road(1.73, clearance=0.25, headroom=2.0, x=(2.0, np.inf))
-"""What is above the road, in the own lane, and not the own bonnet."""
+"""The gate of what is above the road, in the own lane, and not the own bonnet."""
 
 
 class Frame(NamedTuple):
-    """A cloud, when it was taken, and what was true then."""
+    """A cloud, its stamp, and the truth at that time."""
 
     stamp: float  # s
     points: NDArray[np.float32]
@@ -133,37 +133,37 @@ class Frame(NamedTuple):
 
     @property
     def ttc(self) -> float:
-        """At the closing speed of the moment, s."""
+        """The TTC at the closing speed of the frame, s."""
         return self.distance / self.closing_speed if self.closing_speed > 0.0 else np.inf
 
 
 @dataclass(frozen=True)
 class Approach:
-    """A gap that shrinks: closing speed at first, and how it grows from some moment on."""
+    """A gap that shrinks, first at a constant closing speed, then at one that grows."""
 
     name: str
     distance: float
-    """From the sensor to the bumper ahead at first, m."""
+    """The distance from the sensor to the bumper ahead at first, m."""
     closing_speed: float
-    """m/s"""
+    """The closing speed at first, m/s."""
     acceleration: float = 0.0
-    """Of the closing speed, m/s^2."""
+    """The change of the closing speed, m/s^2."""
     since: float = 0.0
-    """When the acceleration begins, s."""
+    """The time at which the acceleration begins, s."""
     duration: float = 2.0
-    """s"""
+    """The time after which the approach ends, s."""
     drift: float = 0.1
-    """Sideways, m/s."""
+    """The speed of the car ahead to the side, m/s."""
     scanner: Scanner = field(default_factory=Scanner)
 
     def truth(self, t: float) -> tuple[float, float]:
-        """Distance and closing speed at a time."""
+        """Return distance and closing speed at a time."""
         later = max(t - self.since, 0.0)
         gone = self.closing_speed * t + self.acceleration * later**2 / 2.0
         return self.distance - gone, self.closing_speed + self.acceleration * later
 
     def frames(self, seed: int) -> list[Frame]:
-        """What the scanner sees, turn by turn, while anything is left of the gap."""
+        """Return what the scanner sees, turn by turn, while anything is left of the gap."""
         rng = np.random.default_rng(seed)
         y = rng.uniform(-0.3, 0.3)
         frames = []

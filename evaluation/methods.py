@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 WINDOW = ttc_fast.Alignment().window
-"""s, of the alignment."""
+"""The window of the alignment, s."""
 WINDOWS = (0.3, 0.5, WINDOW)
-"""s, of lines: short ones are noisy, long ones late."""
+"""The windows of the lines, s: short ones are noisy, long ones late."""
 ESTIMATORS: dict[str, Any] = {
     "minimum": ttc_fast.Minimum(),
     "k-th smallest, 5": ttc_fast.KthSmallest(5),
@@ -37,7 +37,7 @@ TRACKED = ("k-th smallest, 10", "5 % quantile", "median")
 
 
 class Answer(NamedTuple):
-    """What a method says of one frame."""
+    """The answer of a method to one frame."""
 
     ttc: float
     closing_speed: float  # m/s, NaN where it says nothing
@@ -45,20 +45,20 @@ class Answer(NamedTuple):
 
 
 class Method(Protocol):
-    """From clouds and their stamps to answers, without a look ahead."""
+    """A function from clouds and their stamps to answers that never looks ahead."""
 
     def __call__(self, clouds: Sequence[NDArray[Any]], stamps: Sequence[float], gate: ttc_fast.Gate) -> list[Answer]:
         """Give one answer for each cloud."""
 
 
 def distances(clouds: Sequence[NDArray[Any]], gate: ttc_fast.Gate, estimator: Any) -> NDArray[np.float64]:
-    """One statistic of each cloud, m; NaN where there is none."""
+    """Return one statistic of each cloud, m; NaN where there is none."""
     found = [ttc_fast.robust_min_x(cloud, gate=gate, estimator=estimator).x for cloud in clouds]
     return np.where(np.isfinite(found), found, np.nan)
 
 
 def answer(distance: float, closing_speed: float) -> Answer:
-    """At a constant speed."""
+    """Return the answer at a constant speed."""
     return Answer(distance / closing_speed if closing_speed > 0 else np.inf, closing_speed)
 
 
@@ -101,18 +101,18 @@ class Tracked:
 
 
 def said(seen: ttc_fast.TrackedTTC) -> Answer:
-    """What counts of a tracker's answer."""
+    """Return what counts of a tracker's answer."""
     return Answer(seen.ttc, seen.closing_speed, seen.ttc_interval)
 
 
 def aligned(clouds: Sequence[NDArray[Any]], stamps: Sequence[float], gate: ttc_fast.Gate) -> list[Answer]:
-    """By ``CloudTracker``."""
+    """Return the answers of ``CloudTracker``."""
     tracker = ttc_fast.CloudTracker(gate)
     return [said(tracker.update(cloud, stamp)) for cloud, stamp in zip(clouds, stamps, strict=True)]
 
 
 def groups() -> dict[str, dict[str, Method]]:
-    """All but the alignment, by what they make of the statistics, and by name."""
+    """Return all methods but the alignment, by what they make of the statistics, and by name."""
     return {
         "two frames": {f"{name}, two frames": Line(estimator) for name, estimator in ESTIMATORS.items()},
         **{
@@ -133,5 +133,5 @@ ALIGNMENT = "alignment"
 
 
 def methods() -> dict[str, Method]:
-    """All of them, by name."""
+    """Return all methods by name."""
     return {name: method for group in groups().values() for name, method in group.items()} | {ALIGNMENT: aligned}

@@ -24,18 +24,18 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 ALARM = 1.5
-"""Below so many seconds a TTC is an alarm."""
+"""The TTC below which a frame is an alarm, s."""
 
 STANDING, STRAIGHT = 0.05, 0.1
-"""Slower than this, m/s, and turning slower than this, rad/s."""
+"""The speed (m/s) below which a car stands, and the yaw rate (rad/s) below which it drives straight on."""
 
 SECTORS = ((0.0, 0.2), (0.2, 0.8), (0.8, 1.4))
-"""Of angles from straight ahead to either side, rad."""
+"""Ranges of angles from straight ahead to either side, rad."""
 
 
 @dataclass(frozen=True)
 class Replay:
-    """A log as numbers. ``delay``: by how many scans the odometry is ahead of the scans."""
+    """A log as numbers; its odometry is ``delay`` scans ahead of the scans."""
 
     log: ScanLog
     stamps: Floats
@@ -55,19 +55,19 @@ class Replay:
         return cls(log, stamps, np.stack([frame.ranges for frame in frames]), speeds, yaw_rates, delay)
 
     def scanner(self, **settings: Any) -> ttc_fast.ScanTTC:
-        """The scanner of the log; a blind scan is no alarm here."""
+        """Return the scanner of the log; a blind scan is no alarm here."""
         it = self.log.scanner
         sensor: dict[str, Any] = {"range_min": it.range_min, "range_max": it.range_max, "no_data": math.inf}
         return ttc_fast.ScanTTC(it.angle_min, it.angle_increment, it.beams, **sensor, **settings)
 
     def by_odometry(self, **settings: Any) -> Floats:
-        """Least TTC of each scan, by the vehicle's own speed."""
+        """Return the least TTC of each scan by the vehicle's own speed, s."""
         if np.isnan(self.speeds).any():
             return np.full(len(self.stamps), np.nan)
         return self.scanner(**settings).min(self.ranges, self.speeds, self.yaw_rates)
 
     def by_range_rate(self, *, yaw: bool = True, confirmed: bool = False, **settings: Any) -> tuple[Floats, Floats]:
-        """Least TTC of each scan, by range rates; and those rates, (scans, beams). ``confirmed``: by the vote only."""
+        """Return the least TTC of each scan by range rates, without TOO_FEW if ``confirmed``, and the rates."""
         rates = ttc_fast.RangeRate(self.scanner(), **settings)
         ttc, each = np.empty(len(self.stamps)), np.empty_like(self.ranges)
         for i, (stamp, ranges) in enumerate(zip(self.stamps, self.ranges, strict=True)):
@@ -78,7 +78,7 @@ class Replay:
 
 
 def alarms(replay: Replay) -> Report:
-    """How often each method alarms, and how its TTC compares with that by odometry."""
+    """Report how often each method alarms, and how its TTC compares with that by odometry."""
     odometry = replay.by_odometry()
     plain, vote = ttc_fast.KthSmallest(1), ttc_fast.NeighbourSupport(count=6, window=4)
     methods = {
@@ -112,7 +112,7 @@ def _alarms(name: str, ttc: Floats, odometry: Floats) -> list[str]:
 
 
 def beams(replay: Replay) -> Report:
-    """Range rates beside -v cos(angle), beam by beam, while driving straight on."""
+    """Compare range rates with -v cos(angle), beam by beam, while driving straight on."""
     _, rates = replay.by_range_rate()
     scan = replay.scanner()
     expected = -replay.speeds[:, None] * np.cos(scan.angles)
@@ -135,7 +135,7 @@ def beams(replay: Replay) -> Report:
 
 
 def delays(log: ScanLog, most: int = 4) -> Report:
-    """By how many scans the odometry is ahead: where that is right, turned scans fit together."""
+    """Report by how many scans the odometry is ahead: where that is right, turned scans fit together."""
     rows = []
     for delay in range(most + 1):
         replay = Replay.of(log, delay)
@@ -148,7 +148,7 @@ def delays(log: ScanLog, most: int = 4) -> Report:
 
 
 def reports(log: ScanLog, delay: int) -> list[Report]:
-    """Everything that can be said about a log."""
+    """Return every report about a log."""
     replay = Replay.of(log, delay)
     if np.isnan(replay.speeds).any():
         return [alarms(replay)]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 WIDTH = 130
-"""Of the widest table; a narrower terminal wraps it."""
+"""The width of the widest table, characters; a narrower terminal wraps it."""
 
 
 @dataclass(frozen=True)
@@ -40,14 +40,14 @@ class Report:
 
 
 def console() -> Console:
-    """The terminal, or whatever stands in for it, wide enough."""
+    """Return the terminal, or what stands in for it, at least ``WIDTH`` wide."""
     wide = Console()
     wide.width = max(wide.width, WIDTH)
     return wide
 
 
 def time_of(ns: float) -> str:
-    """Three digits of a time."""
+    """Return three digits of a time."""
     for unit, size in (("ms", 1e6), ("us", 1e3)):
         if ns >= 0.9995 * size:
             return f"{ns / size:.3g} {unit}"
@@ -55,7 +55,7 @@ def time_of(ns: float) -> str:
 
 
 def number(ratio: float) -> str:
-    """Two or three digits of a ratio."""
+    """Return two or three digits of a ratio."""
     return f"{ratio:.0f}" if ratio >= 10 else f"{ratio:.2g}" if ratio < 1 else f"{ratio:.1f}"
 
 

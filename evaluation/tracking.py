@@ -29,46 +29,46 @@ if TYPE_CHECKING:
 
 SECONDS = 6.0
 FINE = 6000
-"""Steps in which a motion is integrated."""
+"""The number of steps in which a motion is integrated."""
 
 
 @dataclass(frozen=True)
 class Approach:
-    """What was measured when, and what is true then."""
+    """The measurements of one approach, and the truth at their stamps."""
 
     stamps: Floats
-    """s"""
+    """The times of the measurements, s."""
     measured: Floats
-    """Distance to contact with its noise, m; NaN where the target was not seen."""
+    """The measured distance to contact, m; NaN where the target was not seen."""
     distance: Floats
-    """m; NaN where it is not known."""
+    """The true distance, m; NaN where it is not known."""
     closing_speed: Floats
-    """m/s; NaN where it is not known."""
+    """The true closing speed, m/s; NaN where it is not known."""
 
     @property
     def ttc(self) -> Floats:
-        """Give distance over closing speed, inf where it does not close, s."""
+        """Distance over closing speed, s; inf where it does not close."""
         closes = self.closing_speed > 0
         return np.where(closes, self.distance / np.where(closes, self.closing_speed, 1.0), np.inf)
 
 
 def constant(rng: np.random.Generator, time: Floats) -> Floats:
-    """Closing acceleration 0."""
+    """Return the closing acceleration of a constant speed: 0."""
     return np.zeros_like(time)
 
 
 def accelerating(rng: np.random.Generator, time: Floats) -> Floats:
-    """Closing faster and faster from the first frame on."""
+    """Return a closing acceleration that is positive from the first frame on."""
     return np.full_like(time, rng.uniform(0.5, 3.0))
 
 
 def braking(rng: np.random.Generator, time: Floats) -> Floats:
-    """Closing less and less from the first frame on."""
+    """Return a closing acceleration that is negative from the first frame on."""
     return np.full_like(time, -rng.uniform(0.5, 4.0))
 
 
 def manoeuvre(rng: np.random.Generator, time: Floats) -> Floats:
-    """A constant speed until somebody brakes or accelerates, with a jerk of 2 to 8 m/s^3 up to 1 to 6 m/s^2."""
+    """Return 0 until a car brakes or accelerates, with a jerk of 2 to 8 m/s^3 up to 1 to 6 m/s^2."""
     start, jerk, most = rng.uniform(1.0, 4.0), rng.uniform(2.0, 8.0), rng.uniform(1.0, 6.0)
     return np.asarray(np.clip((time - start) * jerk, 0.0, most) * rng.choice([-1.0, 1.0]))
 
@@ -124,7 +124,7 @@ def _measured(rng: np.random.Generator, time: Floats, distance: Floats, speed: F
 
 
 def _wandering(rng: np.random.Generator, stamps: Floats, std: float, memory: float) -> Floats:
-    """Give noise that resembles that of the frame before."""
+    """Return noise that resembles that of the frame before."""
     kept = np.exp(-np.diff(stamps, prepend=stamps[0]) / memory)
     steps: Floats = (
         rng.normal(0.0, 1.0, len(stamps)) * std * np.sqrt(1 - np.where(np.arange(len(stamps)) > 0, kept, 0.0) ** 2)
@@ -164,7 +164,7 @@ METHODS = (
 )
 JUDGED = {Status.CLOSING, Status.NOT_CLOSING, Status.CONTACT}
 SOON = 10.0
-"""s"""
+"""The true TTC under which a frame has to be called closing, s."""
 LEGEND = (
     "Percent of frames with the truth inside the 90 % interval, closing speed / TTC, and 90 % quantile of the error of "
     "the closing speed, m/s. Every frame counts in which the target was measured, an interval was given and the truth "
@@ -179,22 +179,22 @@ RULES = (
 
 @dataclass
 class Score:
-    """How one method did on some approaches."""
+    """The answers of one method to some approaches, compared with the truth."""
 
     speeds: list[bool] = field(default_factory=list)
-    """Whether the true closing speed was inside its interval."""
+    """Whether the true closing speed was inside its interval, frame by frame."""
     times: list[bool] = field(default_factory=list)
-    """Whether the true TTC was."""
+    """Whether the true TTC was inside its interval, frame by frame."""
     errors: list[float] = field(default_factory=list)
-    """Of the closing speed, m/s."""
+    """The errors of the closing speed, m/s."""
     ttcs: list[float] = field(default_factory=list)
-    """Of the judged frames, s."""
+    """The TTC of each frame that counts, s."""
     soon: int = 0
-    """Frames with a true TTC under ``SOON``."""
+    """The number of frames with a true TTC under ``SOON``."""
     missed: int = 0
-    """Those that were not called closing."""
+    """The number of frames with a true TTC under ``SOON`` that were not called closing."""
     wrong: int = 0
-    """Answers that no TTC may ever be."""
+    """The number of answers that no TTC may ever be."""
 
     def judge(self, tracker: Any, approach: Approach) -> None:
         """Let a fresh tracker see an approach."""

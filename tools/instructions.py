@@ -30,7 +30,7 @@ TOLERANCE = 0.05
 
 
 def obstacle() -> str | None:
-    """Why nothing can be counted here, if so."""
+    """Return the reason why nothing can be counted here, if there is one."""
     cpuinfo = Path("/proc/cpuinfo")
     if not cpuinfo.exists() or "avx2" not in cpuinfo.read_text().split():
         return "the processor has no AVX2 (or /proc/cpuinfo does not say so)"
@@ -55,12 +55,12 @@ def run(*command: str) -> str:
 
 
 def per_call(program: str, name: str) -> int:
-    """Instructions of one call."""
+    """Return the instructions of one call."""
     return round((instructions(program, name, 2 * CALLS) - instructions(program, name, CALLS)) / CALLS)
 
 
 def instructions(program: str, name: str, times: int) -> int:
-    """Instructions of a process that makes a call so many times."""
+    """Return the instructions of a process that makes a call ``times`` times."""
     with tempfile.TemporaryDirectory() as folder:
         profile = Path(folder) / "profile"
         run("valgrind", "--quiet", "--tool=callgrind", f"--callgrind-out-file={profile}", program, name, str(times))

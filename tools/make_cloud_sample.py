@@ -36,7 +36,7 @@ STEP = 1 / 512  # m; coordinates are whole steps, exact in float32 and small whe
 
 
 class Box(NamedTuple):
-    """What returns light: x, y and height above the road as (low, high), m, and how bright it is, from 0 to 1."""
+    """A box that returns light: x, y and height above the road as (low, high), m, and its brightness from 0 to 1."""
 
     x: tuple[float, float]
     y: tuple[float, float]
@@ -57,7 +57,7 @@ STREET = (
 
 
 def car_ahead(x: float) -> tuple[Box, ...]:
-    """Body, number plate and cabin of the car ahead, whose bumper is at x."""
+    """Return body, number plate and cabin of the car ahead, whose bumper is at x."""
     return (
         Box((x + 0.03, x + 4.3), (-0.80, 0.96), (0.22, 0.95), 0.35),
         Box((x, x + 0.05), (-0.18, 0.34), (0.55, 0.67), 0.95),
@@ -66,7 +66,7 @@ def car_ahead(x: float) -> tuple[Box, ...]:
 
 
 def cast(directions: np.ndarray, boxes: list[Box]) -> tuple[np.ndarray, np.ndarray]:
-    """Distance to the first box along each direction (inf where none), m, and how bright that box is."""
+    """Return the distance to the first box along each direction (inf where none), m, and its brightness."""
     origin = np.array([0.0, 0.0, SENSOR_HEIGHT])
     nearest, intensity = np.full(len(directions), np.inf), np.zeros(len(directions))
     for box in boxes:

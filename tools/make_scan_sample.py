@@ -41,7 +41,7 @@ SPECKLES = 8  # lone readings of something that is not there
 
 
 def world() -> np.ndarray:
-    """Walls as segments (x0, y0, x1, y1), m, shape (N, 4)."""
+    """Return the walls as segments (x0, y0, x1, y1), m, shape (N, 4)."""
     left = [
         (-4, 2.3),
         (3, 2.3),
@@ -73,7 +73,7 @@ def world() -> np.ndarray:
 
 
 def drive() -> dict[str, np.ndarray]:
-    """Stamp, pose, speed and yaw rate of the car at each scan."""
+    """Return stamp, pose, speed and yaw rate of the car at each scan."""
     step = 1e-3
     t, x, speed, stood = 0.0, 0.0, START_SPEED, 0.0
     states = []
@@ -93,7 +93,7 @@ def drive() -> dict[str, np.ndarray]:
 
 
 def cast(origin: np.ndarray, directions: np.ndarray, walls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance to the first wall along each direction (inf where none), and the cosine of incidence there."""
+    """Return the distance to the first wall along each direction (inf where none), and the cosine of incidence."""
     start, along = walls[:, :2] - origin, walls[:, 2:] - walls[:, :2]
     across = directions[:, None, 0] * along[:, 1] - directions[:, None, 1] * along[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,7 +1,7 @@
 """From a scan to the brake's answer, and what the node itself takes of that: ``python -m benches.ros --dds``.
 
 A sensor in this process publishes a scan and waits for ``/brake_bool`` from the node, which is another process; every
-answer is checked. With ``--soak 100000`` so many scans are sent as fast as they are answered, and the memory of the
+answer is checked. With ``--soak 100000`` that many scans are sent as fast as they are answered, and the memory of the
 node is watched.
 """
 

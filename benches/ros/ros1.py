@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class Sensor:
-    """The rest of the car: publishes scans and a speed, and hears the answers."""
+    """The rest of the car: it publishes scans and a speed, and hears the answers."""
 
     def __init__(self, beams: int) -> None:
         rospy.init_node("sensor", disable_signals=True)

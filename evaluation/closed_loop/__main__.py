@@ -31,19 +31,19 @@ LEGEND = (
 
 
 def table(title: str, first: str, drives: Mapping[str, Sequence[Drive]]) -> Report:
-    """A row for each setting, or kind of scenario."""
+    """Make a table with a row for each setting, or kind of scenario."""
     rows = [[name, *counts(each), *margins(each)] for name, each in drives.items()]
     return Report(title, LEGEND, [first, *COUNTS, *MARGINS], rows)
 
 
 def kinds(drives: Sequence[Drive]) -> dict[str, Sequence[Drive]]:
-    """All of them, and those of each kind."""
+    """Return all drives, and those of each kind."""
     names = dict.fromkeys(each.kind for each in drives)
     return {"all": drives, **{name: [each for each in drives if each.kind == name] for name in names}}
 
 
 def counts(drives: Sequence[Drive]) -> list[str]:
-    """How many were what."""
+    """Return the numbers of ``COUNTS``."""
     return [
         str(len(drives)),
         str(sum(each.truth.possible for each in drives)),
@@ -55,7 +55,7 @@ def counts(drives: Sequence[Drive]) -> list[str]:
 
 
 def margins(drives: Sequence[Drive]) -> list[str]:
-    """When they braked, and how much was left."""
+    """Return the numbers of ``MARGINS``: when they braked, and what was left."""
     early = [each.early for each in drives if not math.isnan(each.early)]
     room = [each.margin for each in drives if each.truth.possible and not math.isnan(each.margin)]
     if not early or not room:
@@ -65,14 +65,14 @@ def margins(drives: Sequence[Drive]) -> list[str]:
 
 
 def gone_wrong(drives: Iterable[Drive]) -> list[str]:
-    """Every drive that did, to look at it again."""
+    """Return every drive that went wrong, to look at it again."""
     return [
         f"{'collision' if each.crashed else 'false stop'}: {each}" for each in drives if each.crashed or each.false_stop
     ]
 
 
 def needless(drives: Sequence[Drive]) -> str:
-    """How near to a threshold it really was where a stop turned out needless."""
+    """Return how near to a threshold the truth was where a stop turned out needless."""
     nearest = sorted(each.truth.nearest for each in drives if each.needless)
     beyond = [f"{each:.2f}" for each in nearest if each >= 1.0]
     within = len(nearest) - len(beyond)
@@ -81,7 +81,7 @@ def needless(drives: Sequence[Drive]) -> str:
 
 
 CHUNK = 20
-"""Drives that a process takes at once."""
+"""The number of drives that a process takes at once."""
 DEFAULT = "default"
 SETTINGS: dict[str, dict[str, Any]] = {
     DEFAULT: {},
@@ -92,7 +92,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "IttcThreshold(1.5)": {"criteria": [IttcThreshold(1.5)]},
     "IttcThreshold(0.5)": {"criteria": [IttcThreshold(0.5)]},
 }
-"""What is compared; ``{}`` is the controller as it comes."""
+"""The settings that are compared; ``{}`` is the default controller."""
 
 
 def main() -> None:

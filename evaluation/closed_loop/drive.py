@@ -17,32 +17,32 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 MARGIN = 0.05
-"""What the outline of the controller is larger than the body, on each side, m."""
+"""The distance by which the outline of the controller exceeds the body on each side, m."""
 OUTLINE = (BODY[0] - MARGIN, BODY[1] + MARGIN, BODY[2] - MARGIN, BODY[3] + MARGIN)
 
 PHYSICS = 0.0125
-"""Step of the simulation, s."""
+"""The step of the simulation, s."""
 FUTURE = np.arange(0.0, 3.0, 0.04)
-"""Steps of the true prediction, s."""
+"""The times of the true prediction, s."""
 CLEAR = 1.25
-"""At this multiple of every threshold, or more, a frame is clear to the controller as it comes."""
+"""The multiple of every threshold from which on a frame is clear to the default controller."""
 
 
 @dataclass(frozen=True)
 class Truth:
-    """What a drive comes to without a brake, which no controller has a part in."""
+    """The outcome of a drive without a brake, in which no controller has a part."""
 
     hits: float
-    """When it hits something, s; infinite if never."""
+    """The time at which it hits something, s; infinite if it never does."""
     nearest: float
-    """The least that the true TTC ever was, as a multiple of the threshold of the default criteria."""
+    """The least true TTC of the drive, as a multiple of the threshold of the default criteria."""
     possible: bool
     """Whether it hits something that a brake at the first chance, after all delays, would have prevented."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """How a drive went."""
+    """The outcome of a drive with a controller."""
 
     run: int
     kind: str
@@ -50,37 +50,37 @@ class Drive:
     collided: bool
     """Whether it hit something while it moved."""
     braked_at: float
-    """s; infinite if never."""
+    """The time at which it began to brake, s; infinite if it never did."""
     blind_from: float
-    """When the scanner went blind, s; infinite if never."""
+    """The time at which the scanner went blind, s; infinite if it never did."""
     reason: str
-    """Why it braked."""
+    """The reason why it braked."""
     margin: float
-    """What was left before the car when it stood, m; NaN if it never stood."""
+    """The distance that was left before the car when it stood, m; NaN if it never stood."""
 
     @property
     def crashed(self) -> bool:
-        """A collision where braking was possible."""
+        """Whether it hit something where braking was possible."""
         return self.collided and self.truth.possible
 
     @property
     def unavoidable(self) -> bool:
-        """A collision that no brake would have prevented."""
+        """Whether it hit something that no brake would have prevented."""
         return self.collided and not self.truth.possible
 
     @property
     def needless(self) -> bool:
-        """Braked where the driver alone would not have hit anything, with a scanner that saw."""
+        """Whether it braked where the driver alone would not have hit anything, while the scanner saw."""
         return self.braked_at < self.blind_from and self.truth.hits == math.inf
 
     @property
     def false_stop(self) -> bool:
-        """Braked for nothing: nothing was ever near where the criteria let it pass for clear."""
+        """Whether it braked for nothing: no frame of the drive came within ``CLEAR`` of a threshold."""
         return self.needless and self.truth.nearest >= CLEAR
 
     @property
     def early(self) -> float:
-        """How long before the collision it braked, s; NaN where it did not, or where that was not possible."""
+        """The time from the brake to the collision, s; NaN where it did not brake or could not prevent it."""
         return self.truth.hits - self.braked_at if self.truth.possible and self.braked_at < math.inf else math.nan
 
 
@@ -104,7 +104,7 @@ def truth_of(made: Scenario) -> Truth:
 
 
 def without_brake(made: Scenario) -> tuple[float, float, float]:
-    """Drive as planned: when it hits, when that could first be foreseen, and how near it came to a threshold."""
+    """Drive as planned; return when it hits, when that could be foreseen, and the least multiple of a threshold."""
     pose, time = Pose(0.0, 0.0, 0.0, made.plan.speed), 0.0
     foreseen, nearest = math.inf, math.inf
     while time < made.duration:
@@ -121,12 +121,12 @@ def without_brake(made: Scenario) -> tuple[float, float, float]:
 
 
 def stopping_time(speed: float) -> float:
-    """The TTC at which the default stopping distance is used up."""
+    """Return the TTC at which the default stopping distance is used up, s."""
     return 0.1 + abs(speed) / 12.0 + 0.2 / max(abs(speed), 1e-6)
 
 
 def true_ttc(segments: Any, speed: float, curvature: float, outline: tuple[float, float, float, float]) -> float:
-    """When the outline touches what stands where it is now, by small steps; infinite beyond the last."""
+    """Return the time until the outline touches a segment that stands, by small steps; infinite beyond the last."""
     way = speed * FUTURE
     turn = curvature * way
     chord = way * np.sinc(turn / (2.0 * np.pi))
@@ -135,7 +135,7 @@ def true_ttc(segments: Any, speed: float, curvature: float, outline: tuple[float
 
 
 def braked_from(made: Scenario, begin: float) -> bool:
-    """Whether it hits something all the same when it brakes fully from ``begin`` on."""
+    """Return whether it hits something although it brakes fully from ``begin`` on."""
     pose, time = Pose(0.0, 0.0, 0.0, made.plan.speed), 0.0
     while time < made.duration and pose.speed != 0.0:
         if touch(seen_from(made.world.at(time), pose.x, pose.y, pose.heading), BODY):
@@ -150,7 +150,7 @@ def braked_from(made: Scenario, begin: float) -> bool:
 def with_brake(
     made: Scenario, rng: np.random.Generator, settings: dict[str, Any]
 ) -> tuple[bool, float, float, str, float]:
-    """Drive with the controller: whether it hit something, when it braked, was blind, why it braked, what was left."""
+    """Drive with the controller; return the last five fields of ``Drive``."""
     scanner, brake = made.scanner, Brake()
     blind_from = scanner.blind_from
     controller = BrakeController(**{"scan": scanner.reader(OUTLINE), "deceleration": brake.deceleration, **settings})
@@ -181,11 +181,11 @@ def with_brake(
 
 
 def measured(pose: Pose, curvature: float, time: float, rng: np.random.Generator) -> Motion:
-    """Odometry, with its noise."""
+    """Return odometry with its noise."""
     speed = pose.speed * (1.0 + rng.normal(0.0, 0.01)) + rng.normal(0.0, 0.01)
     return Motion(speed, pose.speed * curvature + rng.normal(0.0, 0.005), stamp=time)
 
 
 def room(segments: Any, direction: float, curvature: float) -> float:
-    """How far it could have gone on, m; 3 when farther."""
+    """Return the distance that it could have gone on, m, at most 3."""
     return min(true_ttc(segments, direction, curvature, BODY), 3.0)

@@ -1,4 +1,4 @@
-"""What may happen: each kind is a function of a random generator, with something in the way or not."""
+"""The scenarios: each kind is a function of a random generator, with something in the way or not."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Scenario:
     plan: Plan
     scanner: Scanner = field(default_factory=Scanner)
     duration: float = 5.0
-    """s."""
+    """The time after which it ends, s."""
 
 
 Random = np.random.Generator
@@ -71,7 +71,7 @@ def curve(rng: Random, threat: bool) -> Scenario:
 
 
 def crossing(rng: Random, threat: bool) -> Scenario:
-    """Somebody crosses: in the way for a second or more when the car comes, or over long before or after."""
+    """A walker crosses: in the way for a second or more when the car comes, or across long before or after."""
     plan = Plan(rng.uniform(0.5, 6.0))
     where = _ahead(rng, plan)
     arrival = where / plan.speed
@@ -105,7 +105,7 @@ def overtaking(rng: Random, threat: bool) -> Scenario:
 
 
 def reversing(rng: Random, threat: bool) -> Scenario:
-    """Backwards, with the scanner at the rear, towards a wall or in the open."""
+    """The car reverses, with the scanner at the rear, towards a wall or in the open."""
     plan = Plan(-rng.uniform(0.3, 3.0))
     walls = HALL
     if threat:
@@ -115,7 +115,7 @@ def reversing(rng: Random, threat: bool) -> Scenario:
 
 
 def blind(rng: Random, threat: bool) -> Scenario:
-    """As straight on, with a scanner that sees nothing any more from some time on."""
+    """A hall, with a scanner that sees nothing any more from some time on."""
     scenario = straight(rng, threat)
     return replace(scenario, kind="blind", scanner=Scanner(blind_from=rng.uniform(0.3, 2.0)))
 
@@ -133,14 +133,14 @@ KINDS: tuple[Callable[[Random, bool], Scenario], ...] = (
 
 
 def scenario(seed: int, run: int) -> tuple[Scenario, Random]:
-    """Scenario of a run, and the generator that goes on with its noise."""
+    """Return the scenario of a run, and the generator that goes on with its noise."""
     rng = np.random.default_rng([seed, run])
     made = KINDS[run % len(KINDS)](rng, bool(rng.random() < 0.5))
     return _with_faults(made, rng), rng
 
 
 def _with_faults(made: Scenario, rng: Random) -> Scenario:
-    """Each scanner has faults of its own."""
+    """Give the scanner faults of its own."""
     scanner = replace(
         made.scanner,
         noise=rng.uniform(0.0, 0.03),
@@ -152,7 +152,7 @@ def _with_faults(made: Scenario, rng: Random) -> Scenario:
 
 
 def _ahead(rng: Random, plan: Plan) -> float:
-    """Far enough that it can be seen coming."""
+    """Return a place far enough ahead that it can be seen coming, m."""
     return FRONT + 0.5 + abs(plan.speed) * rng.uniform(1.8, 4.0)
 
 

@@ -16,7 +16,7 @@ BODY = (-0.1, 0.4, -0.15, 0.15)
 
 
 class Pose(NamedTuple):
-    """Where it is, and how fast."""
+    """The position, heading and speed of the car."""
 
     x: float
     y: float
@@ -29,28 +29,28 @@ class Plan:
     """What the driver does without a brake: a speed, held or changed evenly, and a steady bend."""
 
     speed: float
-    """m/s; negative when reversing."""
+    """The speed at first, m/s; negative when reversing."""
     acceleration: float = 0.0
-    """m/s^2, down to a stop."""
+    """The change of the speed, m/s^2, down to a stop."""
     top_speed: float = 8.0
-    """m/s, without sign."""
+    """The limit of the speed, m/s, without sign."""
     curvature: float = 0.0
-    """1/m, to the left."""
+    """The curvature of the way, 1/m, positive to the left."""
 
     def wanted(self, time: float) -> float:
-        """The speed at a time, m/s."""
+        """Return the speed at a time, m/s."""
         speed = abs(self.speed) + self.acceleration * time
         return math.copysign(max(0.0, min(speed, self.top_speed)), self.speed)
 
 
 @dataclass(frozen=True)
 class Brake:
-    """How it brakes."""
+    """The brake of the car."""
 
     deceleration: float = 6.0
-    """m/s^2."""
+    """The full deceleration, m/s^2."""
     delay: float = 0.05
-    """From the command to the bite, s."""
+    """The time from the command to the bite, s."""
 
 
 def step(pose: Pose, curvature: float, speed: float, dt: float) -> Pose:
@@ -63,7 +63,7 @@ def step(pose: Pose, curvature: float, speed: float, dt: float) -> Pose:
 
 
 def slowed(speed: float, deceleration: float, dt: float) -> float:
-    """A speed after braking for ``dt``."""
+    """Return a speed after braking for ``dt``."""
     return math.copysign(max(abs(speed) - deceleration * dt, 0.0), speed)
 
 
@@ -75,16 +75,16 @@ class Mover:
     """Something that moves by itself along a straight line, and may brake."""
 
     segments: Floats
-    """(S, 4): x and y of both ends at time 0, m."""
+    """x and y of both ends of each segment at time 0, shape (S, 4), m."""
     velocity: tuple[float, float]
-    """m/s, until it brakes."""
+    """The velocity until it brakes, m/s."""
     brakes_at: float = np.inf
-    """s."""
+    """The time at which it begins to brake, s."""
     deceleration: float = 6.0
-    """m/s^2, to a stop."""
+    """The deceleration to a stop, m/s^2."""
 
     def travelled(self, time: float) -> float:
-        """How long it has been under way, in seconds of its first speed."""
+        """Return the time in which the first speed would lead as far, s."""
         speed = float(np.hypot(*self.velocity))
         after = max(time - self.brakes_at, 0.0)
         if speed == 0.0 or after == 0.0:
@@ -93,7 +93,7 @@ class Mover:
         return self.brakes_at + after - self.deceleration * after**2 / (2.0 * speed)
 
     def at(self, time: float) -> Floats:
-        """Where it is."""
+        """Return the segments at a time."""
         return self.segments + np.tile(self.velocity, 2) * self.travelled(time)
 
 
@@ -102,23 +102,23 @@ class World:
     """Everything there is to hit."""
 
     walls: Floats
-    """(S, 4), m."""
+    """The segments that stand, shape (S, 4), m."""
     movers: tuple[Mover, ...] = field(default=())
 
     def at(self, time: float) -> Floats:
-        """All segments."""
+        """Return all segments at a time."""
         return np.concatenate([self.walls, *(mover.at(time) for mover in self.movers)])
 
 
 def box(x: float, y: float, length: float, width: float, heading: float = 0.0) -> Floats:
-    """The four sides of a rectangle about (x, y)."""
+    """Return the four sides of a rectangle about (x, y)."""
     corners = np.array([[-length, -width], [length, -width], [length, width], [-length, width]]) / 2.0
     cos, sin = np.cos(heading), np.sin(heading)
     return chain(corners @ np.array([[cos, sin], [-sin, cos]]) + [x, y], closed=True)
 
 
 def chain(points: Any, closed: bool = False) -> Floats:
-    """Segments from point to point."""
+    """Return the segments from point to point."""
     points = np.asarray(points, np.float64)
     ends = np.roll(points, -1, axis=0)
     joined = np.hstack([points, ends])
@@ -126,13 +126,13 @@ def chain(points: Any, closed: bool = False) -> Floats:
 
 
 def arc(radius: float, begin: float, end: float, x: float, y: float, pieces: int = 48) -> Floats:
-    """A piece of a circle about (x, y)."""
+    """Return a piece of a circle about (x, y)."""
     angles = np.linspace(begin, end, pieces + 1)
     return chain(np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)]))
 
 
 def seen_from(segments: Floats, x: Any, y: Any, heading: Any) -> Floats:
-    """The same segments in the frame of somebody at (x, y); of many, if these are arrays, in a first axis."""
+    """Return the segments in the frame of a pose; poses that are arrays give a first axis."""
     x, y, heading = (np.asarray(each)[..., np.newaxis] for each in (x, y, heading))
     cos, sin = np.cos(heading), np.sin(heading)
     ends = []
@@ -143,7 +143,7 @@ def seen_from(segments: Floats, x: Any, y: Any, heading: Any) -> Floats:
 
 
 def touch(segments: Floats, outline: tuple[float, float, float, float]) -> NDArray[np.bool_]:
-    """Whether any of the segments (..., S, 4), in the vehicle's frame, meets the outline: clipped against its edges."""
+    """Return whether any of the segments (..., S, 4), in the vehicle frame, meets the outline, by clipping."""
     x_rear, x_front, y_right, y_left = outline
     begin, along = segments[..., :2], segments[..., 2:] - segments[..., :2]
     enter, leave = np.zeros(segments.shape[:-1]), np.ones(segments.shape[:-1])
@@ -168,25 +168,25 @@ DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
 
 @dataclass(frozen=True)
 class Scanner:
-    """What is wrong with it, and where it sits."""
+    """A scanner with its mount and its faults."""
 
     mount: tuple[float, float, float] = (0.25, 0.0, 0.0)
     """x, y (m) and yaw (rad) in the vehicle frame."""
     noise: float = 0.015
-    """Standard deviation of a reading, m."""
+    """The standard deviation of a reading, m."""
     dropouts: float = 0.02
-    """Share of readings that are missing."""
+    """The share of readings that are missing."""
     speckle: float = 0.0005
-    """Share of readings that are anything nearer than the truth: dust, rain, sun."""
+    """The share of readings that are nearer than the truth by chance: dust, rain, sun."""
     latency: float = 0.02
-    """From measuring to deciding, s."""
+    """The time from measuring to deciding, s."""
     period: float = 0.025
-    """s."""
+    """The time from scan to scan, s."""
     blind_from: float = np.inf
-    """When it goes blind, s."""
+    """The time at which it goes blind, s."""
 
     def scan(self, time: float, segments: Floats, rng: np.random.Generator) -> Floats:
-        """Readings of segments in the vehicle's frame."""
+        """Return the readings of segments in the vehicle frame."""
         if time >= self.blind_from:
             return np.full(BEAMS, np.nan)
         ranges = distances(seen_from(segments, *self.mount))
@@ -198,7 +198,7 @@ class Scanner:
         return ranges
 
     def reader(self, outline: tuple[float, float, float, float]) -> ScanTTC:
-        """What reads it."""
+        """Return the ``ScanTTC`` that reads it."""
         return ScanTTC(
             ANGLE_MIN,
             INCREMENT,
@@ -211,7 +211,7 @@ class Scanner:
 
 
 def distances(segments: Floats) -> Floats:
-    """Of the nearest segment along each beam, in the scanner's frame; infinite without one."""
+    """Return the distance to the nearest segment along each beam, in the scanner frame; infinite without one."""
     begin, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
     across = DIRECTIONS[:, :1] * along[:, 1] - DIRECTIONS[:, 1:] * along[:, 0]
     area = begin[:, 0] * along[:, 1] - begin[:, 1] * along[:, 0]

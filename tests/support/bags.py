@@ -117,7 +117,7 @@ def serialised(item: Recorded, wire: str) -> bytes:
 
 
 def write(folder: Path, kind: str, items: Iterable[Recorded], *, wire: str = "little", chunk: int = 4096) -> Path:
-    """Write a bag of that kind into the folder; one of ROS 1 in chunks of so many bytes."""
+    """Write a bag of a kind into the folder; a bag of ROS 1 has chunks of ``chunk`` bytes."""
     if kind.startswith("bag"):
         return _write_bag(folder / "log.bag", kind.removeprefix("bag").removeprefix("."), items, chunk)
     plugin = StoragePlugin.SQLITE3 if kind.startswith("db3") else StoragePlugin.MCAP

@@ -40,25 +40,25 @@ def noisy(random: np.random.Generator, count: int) -> tuple[Array, Array]:
 
 
 def on_pixels(random: np.random.Generator, count: int) -> tuple[Array, Array]:
-    """Most do not move: ratios of exactly 1 by the thousand."""
+    """Make matches of which most do not move: thousands of ratios are exactly 1."""
     before, now = noisy(random, count)
     return np.round(before), np.round(now)
 
 
 def on_a_coarse_grid(random: np.random.Generator, count: int) -> tuple[Array, Array]:
-    """Many are on the same spot, and few distances are possible."""
+    """Make matches of which many are on one spot, so that few distances are possible."""
     before, now = noisy(random, count)
     return np.round(before / 25) * 25, np.round(now / 25) * 25
 
 
 def exactly_twice(random: np.random.Generator, count: int) -> tuple[Array, Array]:
-    """Every ratio is 2."""
+    """Make matches whose every ratio is 2."""
     before = spread_out(random, count)
     return before, before * 2.0
 
 
 def almost_one_scale(random: np.random.Generator, count: int) -> tuple[Array, Array]:
-    """Ratios differ by rounding alone."""
+    """Make matches whose ratios differ by rounding alone."""
     before = spread_out(random, count)
     return before, grown(before, 1.01)
 
@@ -81,7 +81,7 @@ def with_gaps(random: np.random.Generator, count: int) -> tuple[Array, Array]:
 
 
 def sorted_across(random: np.random.Generator, count: int) -> tuple[Array, Array]:
-    """A sample by place in the array is not one by place in the picture."""
+    """Make matches in which a sample by place in the array is not one by place in the picture."""
     before, now = noisy(random, count)
     now[:, 0] += 0.001 * (before[:, 0] - 600.0) ** 2
     order = np.argsort(before[:, 0])
@@ -89,7 +89,7 @@ def sorted_across(random: np.random.Generator, count: int) -> tuple[Array, Array
 
 
 def far_and_near(random: np.random.Generator, count: int) -> tuple[Array, Array]:
-    """Distances of every size, down to those that float32 cannot square."""
+    """Make matches with distances of every size, down to those that float32 cannot square."""
     before = random.normal(0.0, 1.0, (count, 2)) * 10.0 ** random.uniform(-25.0, 8.0, (count, 1))
     return before, before * random.uniform(0.5, 2.0, (count, 1))
 

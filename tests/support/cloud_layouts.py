@@ -1,4 +1,4 @@
-"""The same cloud in every layout that drivers choose: columns (x, y, z[, intensity]) go in, points come out."""
+"""One cloud in every layout that drivers choose: columns (x, y, z[, intensity]) go in, points come out."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def rows(columns: Columns) -> NDArray[Any]:
 
 
 def wider(columns: Columns) -> NDArray[Any]:
-    """Rows with more numbers in them. The fourth would be an intensity, so without one they are cut off."""
+    """Return rows with more numbers in them. The fourth would be an intensity, so without one they are cut off."""
     plain = rows(columns)
     wide = np.concatenate([plain, np.full((len(plain), 2), 7, plain.dtype)], axis=1)
     return wide if len(columns) == 4 else wide[:, :3]
 
 
 def unaligned(array: NDArray[Any]) -> NDArray[Any]:
-    """The same array one byte off."""
+    """Copy an array to memory that is one byte off its alignment."""
     memory = np.empty(array.nbytes + 1, np.uint8)
     copy: NDArray[Any] = memory[1:].view(array.dtype).reshape(array.shape)
     copy[...] = array
@@ -41,7 +41,7 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def records(columns: Columns, *, lead: int = 0, gap: int = 0, tail: int = 0, backwards: bool = False) -> NDArray[Any]:
-    """Records with bytes of something else before x, before the intensity, and at the end."""
+    """Return records with bytes of something else before x, before the intensity, and at the end."""
     size = columns[0].itemsize
     places = [lead, lead + size, lead + 2 * size, lead + 3 * size + gap][: len(columns)]
     if backwards:
@@ -57,26 +57,26 @@ def records(columns: Columns, *, lead: int = 0, gap: int = 0, tail: int = 0, bac
 
 
 def grid(array: NDArray[Any]) -> NDArray[Any]:
-    """Points (or one column of them) in rows of equal length."""
+    """Return points (or one column of them) in rows of equal length."""
     count = len(array)
     height = next(height for height in (4, 3, 7, 5, 2, 1) if count % height == 0)
     return array.reshape(height, count // height, *array.shape[1:])
 
 
 def padded(array: NDArray[Any]) -> NDArray[Any]:
-    """A grid whose rows do not follow each other in memory."""
+    """Return a grid whose rows do not follow each other in memory."""
     organised = grid(array)
     spare = np.zeros((organised.shape[0], 3, *organised.shape[2:]), organised.dtype)
     return np.concatenate([organised, spare], axis=1)[:, :-3]
 
 
 def by_columns(array: NDArray[Any]) -> NDArray[Any]:
-    """A grid stored column by column."""
+    """Return a grid stored column by column."""
     return np.ascontiguousarray(grid(array).swapaxes(0, 1)).swapaxes(0, 1)
 
 
 def mixed(columns: Columns) -> Columns:
-    """Columns with a stride and sign of their own each."""
+    """Return columns with a stride and sign of their own each."""
     x, y, *others = columns
     return (x[::-1].copy()[::-1], np.repeat(y, 3)[::3], *(unaligned(other) for other in others))
 
@@ -95,7 +95,7 @@ IN_ROWS: dict[str, Callable[[Columns], Any]] = {
     "grid by columns": lambda columns: by_columns(rows(columns)),
     "grid backwards": lambda columns: grid(rows(columns))[::-1, ::-1].copy()[::-1, ::-1],
 }
-"""All numbers are of one dtype."""
+"""Layouts in which all numbers are of one dtype."""
 
 IN_COLUMNS: dict[str, Callable[[Columns], Any]] = {
     "columns": lambda columns: columns,
@@ -111,6 +111,6 @@ IN_COLUMNS: dict[str, Callable[[Columns], Any]] = {
     "records backwards": lambda columns: records(columns)[::-1].copy()[::-1],
     "grid of records": lambda columns: padded(records(columns, tail=2)),
 }
-"""The intensity may have another dtype than the coordinates."""
+"""Layouts in which the intensity may have another dtype than the coordinates."""
 
 LAYOUTS = IN_ROWS | IN_COLUMNS

@@ -89,7 +89,7 @@ def gates(draw: st.DrawFn, *, has_intensity: bool) -> ttc_fast.Gate:
 
 
 def special(gate: ttc_fast.Gate, dtype: Any) -> NDArray[Any]:
-    """Coordinates that mean something special to a gate, in ``dtype``."""
+    """Return coordinates that mean something special to a gate, in ``dtype``."""
     info = np.finfo(dtype)
     huge = min(float(info.max), 1e300)  # differences and sums of a few stay finite
     with np.errstate(over="ignore", under="ignore"):
@@ -105,13 +105,13 @@ def special(gate: ttc_fast.Gate, dtype: Any) -> NDArray[Any]:
 
 
 def stored(gate: ttc_fast.Gate, ahead: tuple[NDArray[Any], ...]) -> tuple[NDArray[Any], ...]:
-    """Forward, left and up as the x, y and z that the axes of the gate make them of."""
+    """Return forward, left and up as the x, y and z that the axes of the gate make them of."""
     columns = {axis[-1]: -value if axis[0] == "-" else value for axis, value in zip(gate.axes, ahead, strict=True)}
     return columns["x"], columns["y"], columns["z"]
 
 
 def world(rng: np.random.Generator, gate: ttc_fast.Gate, size: int, dtype: Any) -> tuple[NDArray[Any], ...]:
-    """Coordinates of any number of points: some scene, with some special values and missing points sprinkled in."""
+    """Draw coordinates of any number of points: some scene, with special values and missing points sprinkled in."""
     low, high = np.clip([gate.x, gate.y, gate.z or (-2.0, 1.0)], -30, 30).T
 
     def everywhere() -> NDArray[np.float64]:
@@ -133,7 +133,7 @@ def world(rng: np.random.Generator, gate: ttc_fast.Gate, size: int, dtype: Any) 
 
 
 def brightness(rng: np.random.Generator, gate: ttc_fast.Gate, size: int, dtype: Any) -> NDArray[Any]:
-    """Intensities, some of them exactly on the bounds."""
+    """Draw intensities, some of them exactly on the bounds."""
     if np.issubdtype(dtype, np.integer):
         return rng.integers(0, rng.choice([2, 256]), size).astype(dtype)
     edges = np.array(gate.intensity or (0.0, 1.0))
@@ -147,7 +147,7 @@ def brightness(rng: np.random.Generator, gate: ttc_fast.Gate, size: int, dtype: 
 
 @st.composite
 def points(draw: st.DrawFn, gate: ttc_fast.Gate, dtype: Any, intensity: Any) -> tuple[NDArray[Any], ...]:
-    """Columns of a cloud. Few points are drawn one by one, so that failures shrink; many come from a seed."""
+    """Draw columns of a cloud. Few points are drawn one by one, so that failures shrink; many come from a seed."""
     rng = np.random.default_rng(draw(seeds))
     if draw(st.booleans()):
         values = st.floats(-3, 25, width=32) | st.sampled_from(list(special(gate, dtype)))
@@ -160,7 +160,7 @@ def points(draw: st.DrawFn, gate: ttc_fast.Gate, dtype: Any, intensity: Any) -> 
 
 @st.composite
 def clouds(draw: st.DrawFn) -> CloudCase:
-    """One cloud, its layout and settings."""
+    """Draw one cloud, its layout and settings."""
     dtype, intensity = draw(dtypes), draw(st.none() | st.sampled_from(INTENSITIES))
     gate = draw(gates(has_intensity=intensity is not None))
     columns = draw(points(gate, dtype, intensity))
@@ -169,6 +169,6 @@ def clouds(draw: st.DrawFn) -> CloudCase:
 
 
 def stored_as(columns: tuple[NDArray[Any], ...]) -> tuple[Any, Any]:
-    """The dtypes of coordinates and intensity, None if there is none."""
+    """Return the dtypes of coordinates and intensity, None if there is none."""
     coordinates, intensity = columns[0].dtype.type, columns[3].dtype.type if len(columns) == 4 else None
     return coordinates, intensity

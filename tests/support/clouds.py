@@ -51,7 +51,7 @@ BRIGHT: dict[str, Gate] = {
 
 
 def make_points(count: int, dtype: Any) -> NDArray[Any]:
-    """Plain rows x, y, z, intensity: some without a return, some invalid, some alike, some on a bound of a gate.
+    """Make plain rows x, y, z, intensity: some without a return, some invalid, some alike, some on a bound of a gate.
 
     Intensities are whole numbers from 0 to 100, so that every type can hold them.
     """
@@ -70,7 +70,7 @@ def make_points(count: int, dtype: Any) -> NDArray[Any]:
 
 
 def answer(found: ttc_fast.MinX) -> tuple[Any, ...]:
-    """What was found, in a form where equal means bit for bit, NaN included."""
+    """Return what was found, in a form where equal means bit for bit, NaN included."""
     bits = struct.pack("<dd", found.x, found.nearest_x)
     return bits, found.candidates, found.support, found.index, found.detection
 
@@ -78,6 +78,6 @@ def answer(found: ttc_fast.MinX) -> tuple[Any, ...]:
 def answers(
     points: Any, gates: Iterable[Gate] = GATES.values(), estimators: Iterable[Any] = ESTIMATORS.values()
 ) -> list[tuple[Any, ...]]:
-    """All answers for these points."""
+    """Return all answers for these points."""
     chosen = list(estimators)
     return [answer(ttc_fast.robust_min_x(points, gate=gate, estimator=each)) for gate in gates for each in chosen]

@@ -27,11 +27,11 @@ from ttc_fast.ros.settings import NodeSettings
 run(NodeSettings.of(json.loads(sys.argv[1])), DdsSettings(domain_id=int(sys.argv[2])))
 """
 AT_ONCE = {"trigger": [1, 1], "release": [1, 1], "hold": 0.0, "stopping_distance": False, "use_range_rate": False}
-"""Settings with which each scan decides alone."""
+"""The settings with which each scan decides alone."""
 NEAR, FAR = 2.0, 29.0
-"""m: half a second away at 4 m/s, and so far that a scan may be seconds old before it is read."""
+"""Distances, m: half a second away at 4 m/s, and so far that a scan may be seconds old before it is read."""
 PATIENCE = 60.0
-"""s: what is waited for comes much sooner, but for a machine on which everybody waits."""
+"""The longest wait, s: what is waited for comes much sooner, except on a busy machine."""
 BEAMS = 181
 TYPES = {
     "/brake_bool": "std_msgs/Bool",
@@ -42,7 +42,7 @@ TYPES = {
 
 
 def scan(distance: float, *, beams: int = BEAMS) -> bytes:
-    """A wall all around at one distance, m, that the front half of a circle of beams sees."""
+    """Return a scan of a wall all around at one distance, m, by the front half of a circle of beams."""
     message = make(
         "sensor_msgs/LaserScan",
         header=header(time.time_ns(), "laser"),
@@ -60,7 +60,7 @@ def scan(distance: float, *, beams: int = BEAMS) -> bytes:
 
 
 def stamped(cdr: bytes) -> bytes:
-    """The same message, measured now."""
+    """Return the message with the stamp of now."""
     return cdr[:4] + struct.pack("<iI", *divmod(time.time_ns(), 10**9)) + cdr[12:]
 
 
@@ -85,7 +85,7 @@ def odometry(speed: float) -> bytes:
 
 @dataclass
 class Heard:
-    """What the node has published, by topic, oldest first."""
+    """The messages that the node has published, by topic, oldest first."""
 
     messages: dict[str, list[Any]] = field(default_factory=lambda: {topic: [] for topic in TYPES})
 
@@ -170,9 +170,9 @@ class NodeProcess:
         self.process = subprocess.Popen(command)
 
     def resident(self) -> int:
-        """Memory in use, bytes."""
-        with open(f"/proc/{self.process.pid}/statm", encoding="ascii") as told:
-            return int(told.read().split()[1]) * 4096
+        """Return the memory in use, bytes."""
+        with open(f"/proc/{self.process.pid}/statm", encoding="ascii") as statm:
+            return int(statm.read().split()[1]) * 4096
 
     def close(self) -> int:
         """End it as a launch file would, and return what it says to that."""

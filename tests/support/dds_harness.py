@@ -66,7 +66,7 @@ class DdsHarness(MessageHarness):
 
 
 def parts(name: str) -> Iterator[tuple[str, str, re.Match[str]]]:
-    """Name and type of each field of a message."""
+    """Return name and type of each field of a message."""
     package = name.partition("/")[0]
     for field in fields_of(name):
         kind = field["type"]
@@ -75,7 +75,7 @@ def parts(name: str) -> Iterator[tuple[str, str, re.Match[str]]]:
 
 
 def empty(name: str) -> SimpleNamespace:
-    """A message with nothing in it, that can be filled."""
+    """Return an empty message that can be filled."""
     made = SimpleNamespace(name=name)
     for own, kind, field in parts(name):
         value: Any = empty(kind) if kind in DEFINITIONS else BASIC.get(kind, 0)
@@ -88,7 +88,7 @@ def empty(name: str) -> SimpleNamespace:
 
 
 def packed(message: Any) -> Any:
-    """The same as rosbags has it."""
+    """Return the message as rosbags has it."""
     name = getattr(message, "type", message.name)
     values: dict[str, Any] = {}
     for own, kind, field in parts(name):

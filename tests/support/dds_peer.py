@@ -1,6 +1,6 @@
-"""Another process in a DDS graph, told what to do by its arguments and its standard input.
+"""Another process in a DDS graph, which its arguments and its standard input control.
 
-``DOMAIN TOPIC TYPE`` publishes each line of hexadecimal digits, once somebody reads the topic; ``DOMAIN --discovery
+``DOMAIN TOPIC TYPE`` publishes each line of hexadecimal digits, once the topic has a reader; ``DOMAIN --discovery
 SIZE`` prints the first sample about another node.
 """
 

@@ -26,7 +26,7 @@ def ros2_name(name: str) -> str:
 
 
 def store_of(definitions: dict[str, str]) -> Typestore:
-    """What rosbags makes of definitions."""
+    """Return the types that rosbags makes of definitions."""
     store = Typestore()
     every: dict[str, Any] = {}
     for name, fields in definitions.items():
@@ -39,7 +39,7 @@ STORE = store_of(DEFINITIONS)
 
 
 def make(kind: str, /, **fields: Any) -> Any:
-    """A message of rosbags."""
+    """Return a message of rosbags."""
     return STORE.types[ros2_name(kind)](**fields)
 
 
@@ -59,18 +59,18 @@ def header(stamp: int, frame: str) -> Any:
 
 
 def port(domain: int, participant: int = 0) -> int:
-    """Where a participant takes user data [RTPS 2.5, 9.6.2.3]."""
+    """Return the port at which a participant takes user data [RTPS 2.5, 9.6.2.3]."""
     return 7400 + 250 * domain + 11 + 2 * participant
 
 
 DOMAINS = range(1, 101)
-"""Ports of the next ones may be given to any socket by Linux."""
+"""The highest domain: Linux may give the ports of higher ones to any socket."""
 PARTICIPANTS = range(10)
-"""That a domain may have, by ``LOOPBACK``."""
+"""The number of participants that a domain may have, by ``LOOPBACK``."""
 
 
 def free_domain() -> int:
-    """A domain that nobody on this machine is in, by chance: other runs of these tests look for one as well."""
+    """Return a random domain without a participant on this machine: other runs of these tests look for one, too."""
     for domain in random.SystemRandom().sample(DOMAINS, len(DOMAINS)):
         if all(is_free(port(domain, participant)) for participant in PARTICIPANTS):
             return domain
@@ -78,7 +78,7 @@ def free_domain() -> int:
 
 
 def is_free(number: int) -> bool:
-    """Whether nobody listens at a UDP port."""
+    """Return whether a UDP port is free."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tried:
         try:
             tried.bind(("", number))

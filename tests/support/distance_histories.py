@@ -24,7 +24,7 @@ METHODS = [
 
 
 def history(seed: int, frames: int) -> list[tuple[Any, float, float | None]]:
-    """An approach with everything in it that a tracker may meet: gaps, repeats, jumps, flickers, nonsense."""
+    """Make an approach with everything that a tracker may meet: gaps, repeats, jumps, flickers, nonsense."""
     rng = np.random.default_rng(seed)
     stamp, distance, speed = float(rng.choice([0.0, 1.7e9, -50.0])), rng.uniform(2, 60), rng.uniform(-5, 15)
     out: list[tuple[Any, float, float | None]] = []

@@ -25,7 +25,7 @@ PERIOD = 0.1
 
 @dataclass(frozen=True)
 class Disc:
-    """Something round that moves at constant velocity."""
+    """A disc that moves at constant velocity."""
 
     centre: Point
     radius: float
@@ -49,7 +49,7 @@ class World:
     angles: NDArray[Any] = field(default_factory=lambda: ANGLE_MIN + INCREMENT * np.arange(BEAMS))
 
     def scans(self, frames: int, dtype: Any = np.float32) -> Iterator[tuple[NDArray[Any], float]]:
-        """Ranges and stamps."""
+        """Return ranges and stamps."""
         rng = np.random.default_rng(self.seed)
         for frame in range(frames):
             time = PERIOD * frame
@@ -58,7 +58,7 @@ class World:
             yield ranges.astype(dtype), self.start_stamp + time
 
     def ranges(self, time: float) -> NDArray[np.float64]:
-        """What a perfect scanner sees; infinite where there is nothing."""
+        """Return what a perfect scanner sees; infinite where there is nothing."""
         heading = self.heading + self.yaw_rate * time
         if self.yaw_rate == 0:
             x = self.start[0] + self.speed * time * math.cos(heading)
@@ -78,12 +78,12 @@ class World:
 
 
 def scanner(**settings: Any) -> ttc_fast.ScanTTC:
-    """The scanner of these worlds."""
+    """Return the scanner of these worlds."""
     return ttc_fast.ScanTTC(ANGLE_MIN, INCREMENT, BEAMS, range_min=RANGE_MIN, range_max=RANGE_MAX, **settings)
 
 
 def room(size: float) -> tuple[tuple[Point, Point], ...]:
-    """Four walls, `size` from the middle."""
+    """Return four walls, `size` from the middle."""
     corners = [(size, -size), (size, size), (-size, size), (-size, -size)]
     return tuple(zip(corners, corners[1:] + corners[:1], strict=True))
 

@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 CHUNK = 4096
-"""So many worlds at once, so that they stay near the processor."""
+"""The number of worlds at once: few enough to stay near the processor."""
 
 
 @dataclass
 class Worlds:
-    """As many worlds as each array has entries: a point in the vehicle frame, and a motion."""
+    """Worlds, one for each entry of the arrays: a point in the vehicle frame, and a motion."""
 
     x: Doubles
     y: Doubles
@@ -44,26 +44,26 @@ class Worlds:
         return Worlds(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
     def kernel(self, path: Any) -> Doubles:
-        """What a swept path says of each point, in its own motion."""
+        """Return the answer of a swept path to each point, in its own motion."""
         points = np.stack([self.x, self.y], axis=-1)[:, np.newaxis]
         ttc: Doubles = path.min(points, self.speed, self.yaw_rate, self.lateral_speed)
         return ttc
 
     def path(self, seconds: Doubles) -> NDArray[np.complex128]:
-        """Way of the vehicle's origin from where it heads along x, m, if ``seconds`` are few: by quadrature."""
+        """Return the way of the vehicle's origin in ``seconds``, which are few, m: by quadrature."""
         half = seconds / 2
         moments = half * (NODES[:, np.newaxis] + 1)
         way: NDArray[np.complex128] = half * (WEIGHTS @ np.exp(1j * self.yaw_rate * moments))
         return way * (self.speed + 1j * self.lateral_speed)
 
     def seen(self, position: Any, heading: Any) -> tuple[Doubles, Doubles]:
-        """The point as the vehicle sees it from elsewhere."""
+        """Return the point as the vehicle sees it after that way."""
         relative = (self.x + 1j * self.y - position) * np.conj(heading)
         return relative.real, relative.imag
 
 
 def clearance(outline: Outline, x: Doubles, y: Doubles) -> Doubles:
-    """From a rectangle to points, m; negative inside."""
+    """Return the distance from a rectangle to points, m; negative inside."""
     x_rear, x_front, y_right, y_left = outline
     out_x, out_y = np.maximum(x_rear - x, x - x_front), np.maximum(y_right - y, y - y_left)
     outside = np.hypot(np.maximum(out_x, 0), np.maximum(out_y, 0))
@@ -71,7 +71,7 @@ def clearance(outline: Outline, x: Doubles, y: Doubles) -> Doubles:
 
 
 def check(worlds: Worlds, outline: Outline, horizon: float, steps: int, rng: np.random.Generator) -> int:
-    """Hold the kernel to the simulation. AssertionError says in which world they differ; gives the number of hits."""
+    """Hold the kernel to the simulation and return the number of hits; AssertionError names a world that differs."""
     ttc = worlds.kernel(ttc_fast.SweptPath(outline, horizon=horizon))
     start = clearance(outline, worlds.x, worlds.y)
     touching = start <= 0
@@ -83,7 +83,7 @@ def check(worlds: Worlds, outline: Outline, horizon: float, steps: int, rng: np.
 
 
 def _check_contacts(worlds: Worlds, outline: Outline, ttc: Doubles) -> None:
-    """In contact: inf if the way out is shorter than the way back, else 0; either way if a little turn decides that."""
+    """Hold points in contact: inf if the way out is the shorter, else 0; either where a little turn decides that."""
     moment = np.full(len(worlds), 1e-7)
     there = worlds.seen(worlds.path(moment), np.exp(1j * worlds.yaw_rate * moment))
     step = (there[0] - worlds.x) + 1j * (there[1] - worlds.y)
@@ -105,7 +105,7 @@ def _check_contacts(worlds: Worlds, outline: Outline, ttc: Doubles) -> None:
 
 
 def _until_out(worlds: Worlds, outline: Outline, direction: NDArray[np.complex128]) -> Doubles:
-    """How far a point inside goes before it is outside, m: by bisection, as a rectangle has no dents."""
+    """Return how far a point inside goes before it is outside, m: by bisection, as a rectangle has no dents."""
     inside, out = np.zeros(len(worlds)), np.full(len(worlds), 2 * (outline[1] - outline[0] + outline[3] - outline[2]))
     for _ in range(50):
         middle = (inside + out) / 2
@@ -117,7 +117,7 @@ def _until_out(worlds: Worlds, outline: Outline, direction: NDArray[np.complex12
 def _check_entries(
     worlds: Worlds, outline: Outline, ttc: Doubles, horizon: float, steps: int, rng: np.random.Generator
 ) -> None:
-    """Outside: on the outline at the time that the kernel says, and never inside before."""
+    """Hold points outside: on the outline at the time that the kernel gives, and never inside before."""
     step = np.full(len(worlds), horizon / steps)
     moment = step * rng.random(len(worlds))  # samples begin anywhere, so that no place is never looked at
     position, heading = worlds.path(moment), np.exp(1j * worlds.yaw_rate * moment)
@@ -150,7 +150,7 @@ def _say(worlds: Worlds, ttc: Doubles, index: int) -> str:
 
 
 def random_worlds(rng: np.random.Generator, count: int, outline: Outline) -> Worlds:
-    """Points anywhere, on the lines of the edges, on corners and just beside; motions of every kind."""
+    """Make points anywhere, on the lines of the edges, on corners and just beside; and motions of every kind."""
     x_rear, x_front, y_right, y_left = outline
     size = max(x_front - x_rear, y_left - y_right)
     x, y = rng.uniform(-8, 8, (2, count)) * rng.choice([0.1 * size, size, 1.0], count)

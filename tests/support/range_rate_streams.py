@@ -58,7 +58,7 @@ def streams(draw: st.DrawFn) -> Stream:
 
 
 def simulated(rng: np.random.Generator, scanner: dict[str, Any], dtype: Any, times: NDArray[Any]) -> NDArray[Any]:
-    """Surfaces of some beams each, at speeds of their own, with noise, jumps, dropouts and special readings."""
+    """Simulate surfaces of some beams each, at their own speeds, with noise, jumps, dropouts and special readings."""
     beams = scanner["beams"]
     surfaces = np.sort(rng.integers(0, 6, beams))
     distance, speed = rng.uniform(0.2, 9, 6)[surfaces], rng.uniform(-3, 3, 6)[surfaces]
@@ -72,7 +72,7 @@ def simulated(rng: np.random.Generator, scanner: dict[str, Any], dtype: Any, tim
 
 
 def same(a: Any, b: Any) -> bool:
-    """Equal, bit for bit; NaN equals NaN."""
+    """Return whether two numbers are equal bit for bit; NaN equals NaN."""
     return bool(a == b or (isinstance(a, float) and math.isnan(a) and math.isnan(b)))
 
 

@@ -1,4 +1,4 @@
-"""What holds of every refusal, and values that no argument expects."""
+"""How bad input is refused, and values that no argument expects."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 
 def message(error: BaseException) -> str:
-    """All that a traceback shows of an exception: on conversion of an argument pyo3 names it in a note."""
+    """Return all that a traceback shows of an exception: pyo3 names an argument that it converts in a note."""
     return "\n".join([str(error), *getattr(error, "__notes__", [])])
 
 
 def refused(kind: type[Exception], argument: str, call: Callable[..., Any], *args: Any, **kwargs: Any) -> str:
-    """The message of exactly this kind of exception, which has to name the argument."""
+    """Return the message of exactly this kind of exception, which has to name the argument."""
     with pytest.raises(kind) as caught:
         call(*args, **kwargs)
     assert caught.type is kind
@@ -29,7 +29,7 @@ def refused(kind: type[Exception], argument: str, call: Callable[..., Any], *arg
 
 
 class OwnError(Exception):
-    """What a caller's object raises by itself; it may pass through."""
+    """The exception that an object of the caller raises by itself; it may pass through."""
 
 
 class Contrary:
@@ -43,7 +43,7 @@ class Contrary:
 
 
 class FalseRank:
-    """Says that it has a rank, and has none."""
+    """An object that says that it has a rank, and has none."""
 
     ndim = "two"
     shape = None

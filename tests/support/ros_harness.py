@@ -1,4 +1,4 @@
-"""The node by one interface, whatever is around its core: nothing, rospy, or rclpy."""
+"""One interface to the node, with nothing around its core, or rospy, or rclpy."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ GEOMETRY = {
 
 
 class Seen(NamedTuple):
-    """What the node published last."""
+    """The last messages that the node published."""
 
     brake: bool | None
     speed: float | None
@@ -37,7 +37,7 @@ class Seen(NamedTuple):
 
 
 class Status(NamedTuple):
-    """What the diagnostics said last."""
+    """The last diagnostics."""
 
     level: int
     message: str
@@ -87,7 +87,7 @@ class CoreHarness:
 
 
 class MessageHarness:
-    """What rospy and rclpy have in common: messages in, messages out."""
+    """The part that rospy and rclpy share: messages in, messages out."""
 
     node: Any
 
@@ -96,7 +96,7 @@ class MessageHarness:
         self.published: dict[str, list[Any]] = {}
 
     def message(self, package: str, name: str) -> Any:
-        """A new message."""
+        """Return a new message."""
         return getattr(__import__(f"{package}.msg", fromlist=[name]), name)()
 
     def deliver(self, topic: str, message: Any) -> None:

@@ -37,7 +37,7 @@ class Case:
 
 @st.composite
 def settings(draw: st.DrawFn, beams: int) -> dict[str, Any]:
-    """Arguments of ``ScanTTC``."""
+    """Draw arguments of ``ScanTTC``."""
     view = draw(st.sampled_from([1e-6, 1.0, math.pi, 1.5 * math.pi, 2 * math.pi, 4 * math.pi - 1e-9]))
     turn = draw(st.sampled_from([1, -1]))
     range_min = draw(st.sampled_from([0.0, 1e-42, 0.02, 0.1, 1.0]))
@@ -106,7 +106,7 @@ lateral_speeds = st.sampled_from([0.0, 0.0, -0.0, 0.5, 1e-300]) | st.floats(-5, 
 
 
 def readings(settings: dict[str, Any], dtype: Any) -> NDArray[Any]:
-    """Values that mean something special to a scanner with these settings, in ``dtype``."""
+    """Return values that mean something special to a scanner with these settings, in ``dtype``."""
     bounds = [settings["range_min"], settings["range_max"], *(settings["limits"] or ())]
     info = np.finfo(dtype)
     with np.errstate(over="ignore", under="ignore"):
@@ -125,7 +125,7 @@ def readings(settings: dict[str, Any], dtype: Any) -> NDArray[Any]:
 
 
 def scan(rng: np.random.Generator, settings: dict[str, Any], dtype: Any) -> NDArray[Any]:
-    """A scan of any number of beams: some world, with some special readings sprinkled in."""
+    """Draw a scan of any number of beams: some world, with some special readings sprinkled in."""
     beams = settings["beams"]
     angles = settings["angle_min"] + settings["angle_increment"] * np.arange(beams) + settings["mount"][2]
     distance = rng.uniform(0.2, 12)
@@ -149,7 +149,7 @@ def scan(rng: np.random.Generator, settings: dict[str, Any], dtype: Any) -> NDAr
 
 @st.composite
 def cases(draw: st.DrawFn, sizes: Sequence[int] = EDGES) -> Case:
-    """One scan and its motion. Few beams are drawn one by one, so that failures shrink; many come from a seed."""
+    """Draw one scan and its motion. Few beams are drawn one by one, so that failures shrink; many come from a seed."""
     dtype = draw(dtypes)
     few = draw(st.booleans())
     chosen = draw(settings(draw(st.integers(1, 20) if few else st.sampled_from(sizes))))
@@ -164,7 +164,7 @@ def cases(draw: st.DrawFn, sizes: Sequence[int] = EDGES) -> Case:
 
 @st.composite
 def batches(draw: st.DrawFn) -> Case:
-    """A batch of scans, each motion a number for all rows or one for each."""
+    """Draw a batch of scans, each motion a number for all rows or one for each."""
     dtype, rows = draw(dtypes), draw(st.integers(0, 5))
     chosen = draw(settings(draw(st.sampled_from([1, 17, 129]))))
     rng = np.random.default_rng(draw(seeds))
