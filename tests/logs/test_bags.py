@@ -403,7 +403,9 @@ def test_a_database_of_something_else(tmp_path: Path) -> None:
     with sqlite3.connect(tmp_path / "log.db3") as database:
         database.execute("CREATE TABLE cooks (id INTEGER)")
     database.close()
-    with pytest.raises(LogError, match="is no rosbag2 database, or is damaged: no such table: topics"):
+    with pytest.raises(
+        LogError, match="is no rosbag2 database, or is damaged: its topics cannot be read; copy it again"
+    ):
         open_log(tmp_path / "log.db3")
 
 

@@ -1,4 +1,4 @@
-"""Recorded logs, read by one small interface: ``open_log(path)`` gives a log, whatever the sensor and the format."""
+"""Recorded logs, read by one small interface: ``open_log(path)`` returns a log, whatever the sensor and the format."""
 
 from __future__ import annotations
 
@@ -69,20 +69,20 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
     Parameters
     ----------
     path : path
-        Of a file or folder; ``FORMATS`` says which.
+        The file or folder; ``FORMATS`` lists what can be read.
     **options
-        What the user says of the recording: the fields of ``LogOptions``, by their names.
+        What the log does not say, or what is to hold instead: the fields of ``LogOptions``, by their names.
 
     Returns
     -------
     ScanLog, CloudLog or DistanceLog
-        ``isinstance`` tells them apart.
+        The log, of the kind that was recorded; ``isinstance`` tells which.
 
     Raises
     ------
     LogError
-        If it is not there, no reader knows the name, it cannot be read as what its name says, an option is not for
-        that kind, or a package of the extra ``log`` is missing.
+        If the path does not exist, its ending is unknown, it cannot be read as what its ending says, an option is not
+        for that kind of log, or a package of the extra ``log`` is missing.
     TypeError, ValueError
         If an option is unknown, or makes no sense.
 
@@ -111,7 +111,6 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
 def _open_folder(path: Path, options: LogOptions) -> AnyLog:
     if is_bag_folder(path):
         return open_bag(BagFolder(path), options)
-    # The name of a file ends as in one of the formats, the first that fits.
     files = files_in(path)
     found = {next((form for form in CLOUDS if form.has(file)), None) for file in files} - {None}
     if len(found) > 1:

@@ -171,8 +171,8 @@ class CarmenLog:
                     words = line.split()
                     if words and not words[0].startswith("#"):
                         yield number, words
-        except DAMAGED as error:
-            errors.add(f"damaged or cut short after line {number}: {error}; what follows is lost")
+        except DAMAGED:
+            errors.add(f"damaged or cut short after line {number}; what follows is lost")
 
 
 def _scan(words: list[str]) -> Scan:

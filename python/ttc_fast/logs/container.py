@@ -1,4 +1,4 @@
-"""What bags have in common: topics, and their messages in the order in which they were recorded."""
+"""What the readers of bags have in common: topics, and messages in the order in which they were recorded."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Topic(NamedTuple):
     Attributes
     ----------
     name : str
-        As it was recorded.
+        The name, as it was recorded.
     type : str
-        As ROS 1 writes it, "sensor_msgs/LaserScan".
+        The type of its messages as ROS 1 writes it, "sensor_msgs/LaserScan".
     encoding : Encoding
-        Of its messages.
+        How its messages are serialised.
     messages : int or None
-        How many there are; None when only reading tells.
+        How many messages there are; None when that is only known after reading.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Topic(NamedTuple):
     messages: int | None = None
 
     def joined(self, other: Topic | None) -> Topic:
-        """Add the messages of another part of the same topic."""
+        """Return the topic with the messages of another part of it."""
         if other is None:
             return self
         known = self.messages is not None and other.messages is not None
@@ -44,7 +44,7 @@ class Topic(NamedTuple):
 
 
 Message = tuple[str, int, Any, int, int]
-"""Name of the topic, when it was recorded (ns), the buffer that it lies in, and from and to which byte."""
+"""A message: its topic, when it was recorded (ns), a buffer, and where the message begins and ends in the buffer."""
 
 
 class Container(Protocol):
@@ -52,7 +52,7 @@ class Container(Protocol):
 
     @property
     def path(self) -> Path:
-        """Of the file or folder."""
+        """The file or folder."""
 
     @property
     def topics(self) -> list[Topic]:
@@ -64,7 +64,7 @@ class Container(Protocol):
 
 @contextmanager
 def opened(path: Path, magic: bytes, kind: str) -> Iterator[BinaryIO]:
-    """Open a file that must begin as its kind does."""
+    """Open a file, and refuse it if its first bytes are not those of its kind."""
     try:
         with path.open("rb") as file:
             start = file.read(len(magic))
@@ -76,5 +76,5 @@ def opened(path: Path, magic: bytes, kind: str) -> Iterator[BinaryIO]:
 
 
 def plain_type(name: str) -> str:
-    """Write the type as ROS 1 does."""
+    """Return the name of a type as ROS 1 writes it."""
     return name.replace("/msg/", "/")

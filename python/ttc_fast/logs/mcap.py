@@ -1,4 +1,10 @@
-"""MCAP files (.mcap), record by record, so that memory does not grow and an unclosed file is read as far as it goes."""
+"""MCAP files (.mcap) of ROS messages, by the package mcap.
+
+A file is read from record to record. So memory does not grow with it, and a file that was cut short or never closed is
+read as far as it goes.
+
+https://mcap.dev/spec
+"""
 
 from __future__ import annotations
 
@@ -28,7 +34,7 @@ class McapFile:
     Parameters
     ----------
     path : Path
-        Of the file.
+        The file.
 
     Raises
     ------
@@ -47,7 +53,7 @@ class McapFile:
         with opened(path, MAGIC, "MCAP file") as file:
             self._read_summary(file)
         if not self._channels:
-            # Without a summary the file itself tells: once through all of it. What is lost is told when it is read.
+            # Without a summary the file is read once to find the topics; errors are reported by the next reading.
             for _ in self.messages((), ReadErrors(path)):
                 pass
 
@@ -77,8 +83,8 @@ class McapFile:
                     self._add(record, schemas, None)
 
     def _all(self, file: Any, errors: ReadErrors) -> Iterator[Any]:
-        """Read all records, those in chunks too. A damaged chunk is passed over."""
-        # A length of more bytes than the file has is damage, and must not be asked for.
+        """Read all records, also those in chunks. A damaged chunk is left out."""
+        # A record that is longer than the file is damaged, and no memory must be set aside for it.
         reader = self._package.StreamReader(file, emit_chunks=True, record_size_limit=self._size)
         records = iter(reader.records)
         while True:
@@ -103,7 +109,7 @@ class McapFile:
             yield from unpacked
 
     def _read_summary(self, file: Any) -> None:
-        """Take in the channels that are listed at the end, if they are."""
+        """Note the channels that are listed at the end, if they are."""
         try:
             file.seek(0)
             summary = self._reader.SeekingReader(file, record_size_limit=self._size).get_summary()

@@ -7,14 +7,14 @@ from collections import deque
 from typing import NamedTuple
 
 MAX_AGE = 0.5
-"""s; older odometry says nothing about the speed now, unless the user says otherwise."""
+"""Odometry that is older than this says nothing about the speed, unless the user says otherwise, s."""
 SPAN = 0.2
-"""s; poses are compared over this at least, where there are any so old: stamps jitter by some ms."""
-KEPT = 256  # entries: those within the delay of a frame, from a sensor until it is recorded
+"""Poses are compared over this time at least, if there are any so old, because stamps jitter by some ms; s."""
+KEPT = 256  # entries; they cover the delay of a frame from the sensor until it is recorded
 
 
 class Pose(NamedTuple):
-    """Where the vehicle is, m and rad."""
+    """Position and heading of the vehicle, m and rad."""
 
     x: float
     y: float
@@ -27,9 +27,9 @@ class Motion(NamedTuple):
     Attributes
     ----------
     speed : float or None
-        Forward, m/s, negative when reversing; None when unknown.
+        The forward speed, m/s, negative when reversing; None when unknown.
     yaw_rate : float
-        Counter-clockwise, rad/s; 0 when unknown.
+        The yaw rate, counter-clockwise, rad/s; 0 when unknown.
     speed_age : float
         How much older than the frame the odometry is, s; inf when there was none yet.
     """
@@ -43,14 +43,14 @@ UNKNOWN = Motion(None, 0.0, math.inf)
 
 
 class Odometer:
-    """Odometry as it comes, and what it says at the time of a frame: by what was recorded until then, never later.
+    """Odometry in the order of recording, and the motion at the time of a frame by what was recorded until then.
 
     Parameters
     ----------
     speed : float, optional
-        Known speed, instead of that of the odometry, m/s.
+        The speed that holds instead of that of the odometry, m/s.
     max_age : float, optional
-        Beyond which the speed is unknown, s.
+        The speed is unknown where the odometry is older than this, s.
 
     Examples
     --------
@@ -71,9 +71,9 @@ class Odometer:
         self._recent: deque[tuple[float, float, float]] = deque(maxlen=KEPT)
 
     def update(self, stamp: float, pose: Pose, speed: float | None = None, yaw_rate: float = 0.0) -> bool:
-        """Take in odometry; without a speed, or where nobody filled it in, its poses tell.
+        """Add odometry; without a speed, or where it was not filled in, the speed is that between its poses.
 
-        A speed and a yaw rate of exactly zero while the pose changes were not filled in. Returns False, and takes in
+        A speed and a yaw rate of exactly zero while the pose changes were not filled in. Returns False, and adds
         nothing, if a number is not finite.
         """
         if not math.isfinite(sum(pose) + (speed or 0.0) + yaw_rate):

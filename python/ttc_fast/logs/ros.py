@@ -1,4 +1,4 @@
-"""Logs of ROS: the scans or clouds of a bag, with the motion that its odometry tells."""
+"""The scans or clouds of a bag of ROS, with the motion of the vehicle by its odometry."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ NS = 1e-9
 STAMPED = "stamps of the messages"
 UNSTAMPED = "times of recording, as the messages have no stamps"
 OUT_OF_ORDER = 1_000_000_000
-"""ns; recorders that write in several threads are out of order by far less."""
+"""Messages may be out of order by this, ns; recorders that write in several threads are so by far less."""
 VIEWS = {LASER_SCAN: laser_scan, POINT_CLOUD: point_cloud}
 
 
@@ -72,7 +72,7 @@ class _Source:
         self.motion = options.motion(known)
 
     def read(self, errors: ReadErrors) -> Iterator[tuple[float, Any, Odometer]]:
-        """Read the stamp (s since the first), the message, and the odometry until then."""
+        """Read each message with its stamp, s since the first, and the odometry until then."""
         name, begin, from_header, view = self.topic.name, self._begin, self._from_header, self._view
         odometer = Odometer(self._options.speed, self._options.max_speed_age)
         names = {name} if self._odometry is None else {name, self._odometry.name}
@@ -81,7 +81,7 @@ class _Source:
             if time > latest:
                 latest = time
             elif ordered and latest - time > OUT_OF_ORDER:
-                ordered = False  # told once
+                ordered = False  # is reported once
                 errors.add(_unordered(source, (latest - time) * NS, self.bag.path))
             try:
                 if source != name:
@@ -136,7 +136,7 @@ class BagScans(_BagLog):
     Parameters
     ----------
     source : _Source
-        Of sensor_msgs/LaserScan.
+        The messages, sensor_msgs/LaserScan.
     options : LogOptions
         What the user says of it.
 
@@ -178,7 +178,7 @@ class BagClouds(_BagLog):
     Parameters
     ----------
     source : _Source
-        Of sensor_msgs/PointCloud2.
+        The messages, sensor_msgs/PointCloud2.
     options : LogOptions
         What the user says of it.
 
@@ -212,7 +212,7 @@ def _unordered(topic: str, seconds: float, path: Path) -> str:
 
 
 def _points(message: PointCloud2) -> NDArray[Any]:
-    """View the points of a message, those of an empty one too."""
+    """View the points of a message, which may be empty."""
     swapped = message.is_bigendian
     try:
         points = from_pointcloud2(message._replace(is_bigendian=False))

@@ -1,8 +1,9 @@
 """ROS 1 bags (.bag, version 2.0), record by record.
 
-https://wiki.ros.org/Bags/Format/2.0. Reading on from record to record needs no index: memory does not grow with the
-bag, and one that was cut short or never closed is read as far as it goes. The index serves for the topics, and to go on
-behind damage.
+A bag is read from record to record, without its index. So memory does not grow with the bag, and a bag that was cut
+short or never closed is read as far as it goes. The index tells the topics, and where to go on behind damage.
+
+https://wiki.ros.org/Bags/Format/2.0
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ U32, U64, TIME = struct.Struct("<I"), struct.Struct("<Q"), struct.Struct("<II")
 
 
 class DamageError(Exception):
-    """A record that is not what the format says."""
+    """A record is not what the format says."""
 
 
 class Record(NamedTuple):
-    """Fields of a header by their names, and where the data lie behind it."""
+    """A record: the fields of its header by their names, and where its data begin and end."""
 
     fields: dict[bytes, bytes]
     start: int
@@ -49,7 +50,7 @@ class Record(NamedTuple):
 
     @property
     def op(self) -> int:
-        """What kind of record it is."""
+        """The kind of the record; 0 if the header does not say it."""
         op = self.fields.get(b"op", b"")
         return op[0] if len(op) == 1 else 0
 
@@ -60,7 +61,7 @@ class Bag:
     Parameters
     ----------
     path : Path
-        Of the file.
+        The file.
 
     Raises
     ------
@@ -77,7 +78,7 @@ class Bag:
         with opened(path, MAGIC, "ROS 1 bag") as file:
             self._read_index(file)
         if not self._connections:
-            # Without an index the bag itself tells: once through all of it. What is lost is told when it is read.
+            # Without an index all of the bag is read once to find the topics; errors are reported by the next reading.
             for _ in self.messages((), ReadErrors(path)):
                 pass
 
@@ -138,7 +139,7 @@ class Bag:
             errors.add(f"chunk at byte {place} of {self._size} is damaged or cut short at its byte {at}: {damage}")
 
     def _unpacked(self, file: BinaryIO, record: Record) -> tuple[bytes, int]:
-        """Decompress a chunk, as far as it goes; and tell its size as it should be."""
+        """Decompress a chunk as far as it goes, and return it with the size that it should have."""
         size = record.number(b"size")
         kind = record.fields.get(b"compression", b"").decode("ascii", "replace")
         file.seek(record.start)
@@ -156,7 +157,7 @@ class Bag:
         try:
             return unpacker.decompress(packed, max_length=size), size
         except (OSError, RuntimeError, ValueError, EOFError, MemoryError) as error:
-            raise DamageError(f"{kind}: {error}") from error
+            raise DamageError(f"its {kind} compression is damaged") from error
 
     def _read_index(self, file: BinaryIO) -> None:
         """Read the connections and chunks that are listed at the end; nothing if the list is not sound."""
@@ -180,7 +181,7 @@ class Bag:
         self._chunks.sort()
 
     def _connect(self, record: Record, buffer: bytes) -> None:
-        """Take in a connection: the number that messages have, and their topic and type."""
+        """Note a connection: the number that its messages have, and their topic and type."""
         kind = _fields(buffer, record.start, record.end).get(b"type")
         topic = record.fields.get(b"topic")
         if kind is None or topic is None:
@@ -209,7 +210,7 @@ def _read_record(file: BinaryIO, at: int, size: int) -> Record:
 
 
 def _record(chunk: bytes, at: int) -> tuple[dict[bytes, bytes], int, int]:
-    """Find a record in a chunk: the fields of its header, and from and to where its data lie."""
+    """Find a record in a chunk: the fields of its header, and where its data begin and end."""
     start = at + 8 + U32.unpack_from(chunk, at)[0]
     fields = _fields(chunk, at + 4, start - 4)
     end = start + U32.unpack_from(chunk, start - 4)[0]
@@ -219,7 +220,7 @@ def _record(chunk: bytes, at: int) -> tuple[dict[bytes, bytes], int, int]:
 
 
 def _fields(buffer: bytes, at: int, end: int) -> dict[bytes, bytes]:
-    """Split a header, name=value each with its length before it."""
+    """Split a header into its fields, each of which is name=value behind its length."""
     fields = {}
     if end > len(buffer):
         raise DamageError(f"a header of {end - at} bytes, {len(buffer) - at} are left")

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from ttc_fast.logs.container import Topic, plain_type
 from ttc_fast.logs.files import files_in, most_unpacked, unpacked_name
-from ttc_fast.logs.log import LogError, need
+from ttc_fast.logs.log import REPAIR, LogError, need
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.stamps import natural
 from ttc_fast.ros_messages import CDR
@@ -59,7 +59,9 @@ class Database:
             if self._has("-wal"):
                 problem = f"cannot be read together with {path.name}-wal beside it, which has its last messages"
                 raise LogError(path, f"{problem}; copy both to a folder that can be written to") from error
-            raise LogError(path, f"is no rosbag2 database, or is damaged: {error}") from error
+            raise LogError(
+                path, f"is no rosbag2 database, or is damaged: its topics cannot be read; {REPAIR}"
+            ) from error
         if not all(isinstance(number, int) and isinstance(name, str) for number, name, *_ in rows):
             raise LogError(path, "is a damaged rosbag2 database: its topics have no names")
         self._names = {number: name for number, name, _, form in rows if form == "cdr"}
@@ -82,9 +84,9 @@ class Database:
                     if data.startswith(ZSTD):
                         data = _unpacked(data, last, errors)
                     yield wanted[number], time, data, 0, len(data)
-        except DAMAGED as error:
+        except DAMAGED:
             where = "before the first message" if last is None else f"after row {last} of messages"
-            errors.add(f"damaged or cut short {where}: {error}; what follows is lost")
+            errors.add(f"damaged or cut short {where}; what follows is lost")
 
     def _open(self) -> sqlite3.Connection:
         # Immutable: no lock and no journal is looked for, so that logs in read-only places can be read.
@@ -113,12 +115,13 @@ def _unpacked(data: bytes, row: int, errors: ReadErrors) -> bytes:
     try:
         size = zstandard.frame_content_size(data)
         if size > most:
-            raise MemoryError(f"it unpacks to more than {most / 1e9:.2g} GB")
+            errors.add(f"row {row} of messages is damaged: it unpacks to more than {most / 1e9:.2g} GB")
+            return b""
         # A frame that does not say its size needs a limit, for which memory is set aside.
         limit = {"max_output_size": most} if size < 0 else {}
         unpacked: bytes = zstandard.ZstdDecompressor().decompress(data, **limit)
-    except (zstandard.ZstdError, MemoryError) as error:
-        errors.add(f"row {row} of messages is damaged: {error}")
+    except (zstandard.ZstdError, MemoryError):
+        errors.add(f"row {row} of messages is damaged: it cannot be unpacked")
         return b""
     return unpacked
 

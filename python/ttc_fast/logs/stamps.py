@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ttc_fast.logs.files import open_text
 from ttc_fast.logs.log import LogError
 
 if TYPE_CHECKING:
@@ -112,7 +113,8 @@ def read_stamps(path: Path, frames: list[Path]) -> NDArray[np.float64]:
     than there are frames here: then the number in a frame's name says which line is its own.
     """
     try:
-        lines = path.read_text(encoding="ascii").rstrip().split("\n")
+        with open_text(path) as file:
+            lines = file.read().rstrip().split("\n")
         if len(lines) != len(frames):
             lines = _lines_by_number(path, lines, frames)
         stamps = [_line(line.strip()) for line in lines]
