@@ -36,7 +36,7 @@ bench: $(VENV)/.has-bench ## measure kernels, whole Python calls beside others, 
 	cargo bench --package ttc-fast-core --locked
 	$(call say,Python calls)
 	$(BIN)/pytest benches
-	$(call say,everybody side by side)
+	$(call say,all implementations side by side)
 	$(BIN)/python -m benches.report
 	$(call say,the goals; make bench DOCUMENT=docs/performance.md writes them down)
 	$(BIN)/python -m benches.goals $(if $(DOCUMENT),--markdown "$(DOCUMENT)")
@@ -51,7 +51,7 @@ instructions: $(VENV)/.created ## count the instructions of the hot calls, and f
 	$(call say,instructions of the hot calls)
 	$(BIN)/python tools/instructions.py $(if $(RECORD),--record)
 
-lint: $(VENV)/.has-lint ## check format, lints, types and stubs
+lint: $(VENV)/.has-lint ## check format, lints, types, stubs and words
 	$(call say,Rust)
 	cargo fmt --all --check
 	cargo clippy --quiet --workspace --all-targets --locked -- --deny warnings

@@ -45,9 +45,9 @@ use ttc_fast_core::tracker::{self, Settings};
 /// -----
 /// A gap counts as closing when the closing speed is above ``min_closing_speed`` and a line with a memory of 0.4 s is
 /// not level by 6 standard deviations, more while it has few frames: a standing car is in front for hours, and noise
-/// must not make a TTC of it. Intervals are widened by (1 + r) / (1 - r), with r how much a surprise resembles the one
-/// of the frame before, because surprises that are alike say that the model lags behind or the noise wanders. The
-/// interval of the TTC is Fieller's (1954) of the ratio of distance and closing speed. docs/tracking.md has the
+/// must not make a TTC of it. Intervals are widened by (1 + r) / (1 - r), with r the correlation of an innovation with
+/// the one before it, because innovations that are alike show that the model lags behind or that the noise is not white.
+/// The interval of the TTC is Fieller's (1954) of the ratio of distance and closing speed. docs/tracking.md has the
 /// reasons, and how often the truth lies inside.
 ///
 /// Any thread may call any method, and a call waits for the one before. A tracker can be pickled, with what it
