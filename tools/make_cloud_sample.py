@@ -1,7 +1,7 @@
 """Make the point clouds that the package ships: a car follows another one, which brakes.
 
-A ray-caster turns a lidar of 27 rings, on the roof of a car, over a street of boxes. Nothing in it was recorded
-anywhere else, so it can be given away with the package. Seeded: the same file every time.
+A ray-caster simulates a lidar of 27 rings on the roof of a car in a street of boxes. Nothing in it is from another
+recording, so it can be shipped with the package. The random numbers are seeded, so the file is the same every time.
 
     python tools/make_cloud_sample.py [FILE]
 """
@@ -31,7 +31,7 @@ CLOSING_SPEED, BRAKING = 4.0, 5.0  # m/s and m/s^2, of the car ahead
 RANGE_NOISE = 0.015  # m, standard deviation
 INTENSITY_NOISE = 0.03
 LOST = 0.03  # share of returns that come back as (0, 0, 0)
-STRAYS = {2: 1.6, 3: 0.7, 7: 2.4, 11: 0.9}  # spray: in which frames, and how many metres nearer than the car ahead
+STRAYS = {2: 1.6, 3: 0.7, 7: 2.4, 11: 0.9}  # spray: number of the frame, and how much nearer than the car ahead, m
 STEP = 1 / 512  # m; coordinates are whole steps, exact in float32 and small when compressed
 
 
