@@ -138,7 +138,7 @@ RECORDS: dict[str, Layout] = {
 }
 LAYOUTS = ROWS | RECORDS
 """What layouts do with coordinates, and an intensity of the same type."""
-INTENSITIES = ["uint8", "uint16", "float32", "float64"]
+INTENSITIES = ["int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"]
 
 both_dtypes = pytest.mark.parametrize("dtype", DTYPES)
 each_layout = pytest.mark.parametrize("lay", LAYOUTS.values(), ids=LAYOUTS)

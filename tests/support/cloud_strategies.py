@@ -23,7 +23,16 @@ if TYPE_CHECKING:
 # Lanes are 16 points, records are read up to the last but one, and beyond 2048 points a sample is looked at first.
 SIZES = (0, 1, 2, 15, 16, 17, 18, 31, 32, 33, 34, 127, 255, 2048, 2049, 2050, 4097, 6007)
 
-INTENSITIES: list[Any] = [np.uint8, np.uint16, np.float32, np.float64]
+INTENSITIES: list[Any] = [
+    np.int8,
+    np.uint8,
+    np.int16,
+    np.uint16,
+    np.int32,
+    np.uint32,
+    np.float32,
+    np.float64,
+]
 
 AXES = [
     (signs[0] + x, signs[1] + y, signs[2] + z)

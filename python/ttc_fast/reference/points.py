@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
 
 COORDINATES = ("x", "y", "z")
+INTENSITIES = (np.int8, np.uint8, np.int16, np.uint16, np.int32, np.uint32, np.float32, np.float64)
 WIDEST_POINT = 64
 """The most numbers of a point. An array with more in a row is likely transposed."""
 
@@ -77,9 +78,10 @@ def _of_columns(argument: str, columns: tuple[Any, ...]) -> Cloud:
     if dtypes not in ({np.dtype(np.float32)}, {np.dtype(np.float64)}):
         raise TypeError(f"{argument} must have dtype float32 or float64, got {', '.join(map(str, dtypes))}")
     intensity = columns[3].ravel() if len(columns) == 4 else None
-    if intensity is not None and intensity.dtype not in (np.uint8, np.uint16, np.float32, np.float64):
+    if intensity is not None and intensity.dtype not in INTENSITIES:
         raise TypeError(
-            f"intensity of {argument} must have dtype uint8, uint16, float32 or float64, got {intensity.dtype}"
+            f"intensity of {argument} must have an integer dtype of up to 32 bits, float32 or float64, "
+            f"got {intensity.dtype}"
         )
     return Cloud(np.array([column.ravel() for column in columns[:3]]), intensity)
 

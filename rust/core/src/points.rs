@@ -20,14 +20,51 @@ pub struct Points<'a, T> {
 /// Intensities in the type they are stored in.
 #[derive(Clone, Copy, Debug)]
 pub enum Intensity<'a> {
-    /// Intensities of one byte, as most drivers store them.
+    /// Intensities in int8.
+    I8(Table<'a, i8>),
+    /// Intensities in uint8, as most drivers store them.
     U8(Table<'a, u8>),
-    /// Intensities of two bytes, as for reflectivity.
+    /// Intensities in int16.
+    I16(Table<'a, i16>),
+    /// Intensities in uint16, as for reflectivity.
     U16(Table<'a, u16>),
+    /// Intensities in int32.
+    I32(Table<'a, i32>),
+    /// Intensities in uint32.
+    U32(Table<'a, u32>),
     /// Intensities in float32.
     F32(Table<'a, f32>),
     /// Intensities in float64.
     F64(Table<'a, f64>),
+}
+
+/// Evaluates one expression with what an `Intensity` or an `IntensityRow` holds, whichever type that is. With
+/// `=> Name: expression`, the result is that of the same type in the enum `Name`.
+macro_rules! each_type {
+    ($value:expr, $from:ident($inner:ident) => $result:expr) => {
+        match $value {
+            $from::I8($inner) => $result,
+            $from::U8($inner) => $result,
+            $from::I16($inner) => $result,
+            $from::U16($inner) => $result,
+            $from::I32($inner) => $result,
+            $from::U32($inner) => $result,
+            $from::F32($inner) => $result,
+            $from::F64($inner) => $result,
+        }
+    };
+    ($value:expr, $from:ident($inner:ident) => $into:ident: $result:expr) => {
+        match $value {
+            $from::I8($inner) => $into::I8($result),
+            $from::U8($inner) => $into::U8($result),
+            $from::I16($inner) => $into::I16($result),
+            $from::U16($inner) => $into::U16($result),
+            $from::I32($inner) => $into::I32($result),
+            $from::U32($inner) => $into::U32($result),
+            $from::F32($inner) => $into::F32($result),
+            $from::F64($inner) => $into::F64($result),
+        }
+    };
 }
 
 impl<'a, T: Real> Points<'a, T> {
@@ -120,42 +157,24 @@ impl<'a, T: Real> Points<'a, T> {
 impl<'a, T: Real> Row<'a, T> {
     /// The points `from .. to` of the row.
     fn slice(self, from: usize, to: usize) -> Row<'a, T> {
-        let intensity = self.intensity.map(|intensity| match intensity {
-            IntensityRow::U8(column) => IntensityRow::U8(column.slice(from, to)),
-            IntensityRow::U16(column) => IntensityRow::U16(column.slice(from, to)),
-            IntensityRow::F32(column) => IntensityRow::F32(column.slice(from, to)),
-            IntensityRow::F64(column) => IntensityRow::F64(column.slice(from, to)),
-        });
+        let intensity = self
+            .intensity
+            .map(|intensity| each_type!(intensity, IntensityRow(column) => IntensityRow: column.slice(from, to)));
         Row { xyz: self.xyz.map(|column| column.slice(from, to)), intensity }
     }
 }
 
 impl<'a> Intensity<'a> {
     fn shape(&self) -> (usize, usize) {
-        match self {
-            Intensity::U8(table) => (table.rows(), table.columns()),
-            Intensity::U16(table) => (table.rows(), table.columns()),
-            Intensity::F32(table) => (table.rows(), table.columns()),
-            Intensity::F64(table) => (table.rows(), table.columns()),
-        }
+        each_type!(self, Intensity(table) => (table.rows(), table.columns()))
     }
 
     fn flat(self) -> Self {
-        match self {
-            Intensity::U8(table) => Intensity::U8(table.flat()),
-            Intensity::U16(table) => Intensity::U16(table.flat()),
-            Intensity::F32(table) => Intensity::F32(table.flat()),
-            Intensity::F64(table) => Intensity::F64(table.flat()),
-        }
+        each_type!(self, Intensity(table) => Intensity: table.flat())
     }
 
     fn row(self, row: usize) -> IntensityRow<'a> {
-        match self {
-            Intensity::U8(table) => IntensityRow::U8(table.row(row)),
-            Intensity::U16(table) => IntensityRow::U16(table.row(row)),
-            Intensity::F32(table) => IntensityRow::F32(table.row(row)),
-            Intensity::F64(table) => IntensityRow::F64(table.row(row)),
-        }
+        each_type!(self, Intensity(table) => IntensityRow: table.row(row))
     }
 }
 
@@ -169,8 +188,12 @@ pub(crate) struct Row<'a, T> {
 /// Intensities of one row.
 #[derive(Clone, Copy)]
 pub(crate) enum IntensityRow<'a> {
+    I8(Column<'a, i8>),
     U8(Column<'a, u8>),
+    I16(Column<'a, i16>),
     U16(Column<'a, u16>),
+    I32(Column<'a, i32>),
+    U32(Column<'a, u32>),
     F32(Column<'a, f32>),
     F64(Column<'a, f64>),
 }
@@ -181,7 +204,7 @@ impl<'a> IntensityRow<'a> {
         match self {
             IntensityRow::F32(column) => records.continues_with(column),
             IntensityRow::F64(column) => records.continues_with(column),
-            IntensityRow::U8(_) | IntensityRow::U16(_) => false,
+            _ => false,
         }
     }
 
@@ -191,8 +214,12 @@ impl<'a> IntensityRow<'a> {
     pub(crate) fn within(&self, i: usize, (low, high): (f64, f64)) -> bool {
         let inside = |value: f64, low: f64, high: f64| low <= value && value <= high;
         match self {
+            IntensityRow::I8(column) => inside(f64::from(column.get(i)), low, high),
             IntensityRow::U8(column) => inside(f64::from(column.get(i)), low, high),
+            IntensityRow::I16(column) => inside(f64::from(column.get(i)), low, high),
             IntensityRow::U16(column) => inside(f64::from(column.get(i)), low, high),
+            IntensityRow::I32(column) => inside(f64::from(column.get(i)), low, high),
+            IntensityRow::U32(column) => inside(f64::from(column.get(i)), low, high),
             IntensityRow::F32(column) => {
                 inside(column.get(i).to_f64(), f32::from_f64(low).to_f64(), f32::from_f64(high).to_f64())
             }

@@ -74,6 +74,29 @@ impl Element for u8 {
     const NAME: &'static str = "uint8";
 }
 
+/// Where a C long has 32 bits, as on Windows, int32 and uint32 of NumPy are longs.
+const LONG_HAS_32_BITS: bool = size_of::<std::ffi::c_long>() == 4;
+
+impl Element for i8 {
+    const NUMBER: NPY_TYPES = NPY_TYPES::NPY_BYTE;
+    const NAME: &'static str = "int8";
+}
+
+impl Element for i16 {
+    const NUMBER: NPY_TYPES = NPY_TYPES::NPY_SHORT;
+    const NAME: &'static str = "int16";
+}
+
+impl Element for i32 {
+    const NUMBER: NPY_TYPES = if LONG_HAS_32_BITS { NPY_TYPES::NPY_LONG } else { NPY_TYPES::NPY_INT };
+    const NAME: &'static str = "int32";
+}
+
+impl Element for u32 {
+    const NUMBER: NPY_TYPES = if LONG_HAS_32_BITS { NPY_TYPES::NPY_ULONG } else { NPY_TYPES::NPY_UINT };
+    const NAME: &'static str = "uint32";
+}
+
 impl<'py> Floats<'py> {
     /// Look at an array as floats, without copying.
     ///

@@ -308,11 +308,15 @@ fn intensity<'a>(argument: &str, array: &Array<'_>) -> PyResult<Intensity<'a>> {
             .or_else(|| grid(array).map(Intensity::F64))
             .or_else(|| grid(array).map(Intensity::U8))
             .or_else(|| grid(array).map(Intensity::U16))
+            .or_else(|| grid(array).map(Intensity::I8))
+            .or_else(|| grid(array).map(Intensity::I16))
+            .or_else(|| grid(array).map(Intensity::I32))
+            .or_else(|| grid(array).map(Intensity::U32))
     };
     found.ok_or_else(|| {
         let dtype = array.dtype();
         PyTypeError::new_err(format!(
-            "intensity of {argument} must have dtype uint8, uint16, float32 or float64, got {dtype}"
+            "intensity of {argument} must have an integer dtype of up to 32 bits, float32 or float64, got {dtype}"
         ))
     })
 }
