@@ -23,7 +23,7 @@ import pytest
 from packaging.requirements import Requirement
 from rich.console import Console
 
-from tests.support.bags import Odom, Scan, drive, write
+from tests.support.bags import POINTS, Cloud, Odom, Scan, drive, write
 from ttc_fast import Command
 from ttc_fast.cli import main
 from ttc_fast.cli.exits import EXTRAS
@@ -177,6 +177,31 @@ def test_mistakes_are_one_line_and_a_code(
     told = capsys.readouterr().err
     assert said in told
     assert told.count("\n") == 1
+
+
+def test_a_gate_on_an_intensity_that_is_missing_says_what_is_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    dark = POINTS[["x", "y", "z"]]
+    bright = np.array(
+        [(9.0, 1.0, -1.0, 9), (8.0, 0.5, -1.0, 9)], [*((name, "<f4") for name in "xyz"), ("intensity", "<i4")]
+    )
+    no_intensity = "gate has bounds on intensity, but the points have no intensity; its fields are x, y, z"
+    gate = ["--gate-intensity", "1", "20", "--sensor-height", "2"]
+    for name, clouds, code, said in (
+        ("first", [dark], 3, f"frame 0: {no_intensity}\n"),
+        ("empty", [bright[:0], dark], 5, f"frame 1: {no_intensity}\n"),
+        ("later", [bright, bright, dark, bright], 5, f"frame 2: {no_intensity}\n"),
+        ("sound", [bright, bright[:0], bright], 0, ""),
+    ):
+        (tmp_path / name).mkdir()
+        items = [Cloud(i / 10, i / 10, points) for i, points in enumerate(clouds)]
+        assert main(["replay", str(write(tmp_path / name, "bag", items)), *gate]) == code
+        assert said in capsys.readouterr().err
+    (tmp_path / "odd").mkdir()
+    odd = Cloud(0.0, 0.0, POINTS, names={"ring": "intensity"}, counts={"ring": 2})
+    assert main(["replay", str(write(tmp_path / "odd", "bag", [odd])), *gate]) == 3
+    assert "msg.fields 'intensity' has 2 numbers a point; it is ignored" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -493,6 +493,32 @@ class TestClouds:
         node.now += PERIOD
         assert node.points([[4.0, 0.0, 0.5]]).brake is True
 
+    @pytest.mark.parametrize("nearest", [4.0, 20.0])
+    def test_an_organised_cloud_is_judged_as_the_same_points_in_a_row(self, make: Make, nearest: float) -> None:
+        image = np.full((8, 16, 3), 25.0, np.float32)
+        image[:, :, 1:] = 0.0, 0.5
+        image[5, 3, 0] = nearest
+        image[:, 9] = math.nan
+        organised, plain = make(**self.SETTINGS), make(**self.SETTINGS)
+        for node, points in ((organised, image), (plain, image.reshape(-1, 3))):
+            node.odometry(4.0)
+            assert node.points(points).brake is (nearest == 4.0)
+        assert organised.cause() == plain.cause() == ((4.0, 0.0) if nearest == 4.0 else plain.cause())
+        assert organised.diagnostics().message == plain.diagnostics().message
+
+    def test_empty_clouds_are_a_blind_sensor(self, make: Make) -> None:
+        node = make(**self.SETTINGS)
+        node.odometry(4.0)
+        assert node.points([[20.0, 0.0, 0.5]]).brake is False
+        for _ in range(20):
+            node.now += PERIOD
+            node.odometry(4.0)
+            seen = node.points(np.zeros((0, 3)))
+        assert seen.brake is True
+        values = node.diagnostics().values
+        assert values["reason"] == "BLIND"
+        assert "dropped: /points" not in values
+
 
 class TestDiagnostics:
     def test_nothing_yet(self, make: Make) -> None:
@@ -561,6 +587,19 @@ class TestMessages:
         assert marker.color.r == 1.0
         assert marker.pose.orientation.w == 1.0
         assert 0 < (getattr(marker.lifetime, "nsecs", 0) or marker.lifetime.nanosec) < 1e9
+
+    def test_a_cloud_that_is_odd_is_judged_and_counted(self, adapter: Make) -> None:
+        """Its rows are as long as those of a wider one, and its padding is declared as fields."""
+        node = adapter(**TestClouds.SETTINGS)
+        node.odometry(4.0)
+        rows = np.array([[[20.0, 0.0, 0.5]] * 3] * 2)
+        assert node.points(rows, row_step=99).brake is False
+        node.now += PERIOD
+        rows[1, 1, 0] = 4.0
+        assert node.points(rows, row_step=0).brake is True
+        values = node.diagnostics().values
+        assert values["odd: /points, row_step"] == "2; msg.row_step is 0; rows are read as width x point_step, 36 bytes"
+        assert "dropped: /points" not in values
 
     def test_a_cloud_that_makes_no_sense(self, adapter: Make) -> None:
         node = adapter(**TestClouds.SETTINGS)

@@ -83,6 +83,9 @@ class Cloud(Item):
     points: NDArray[Any] = field(default_factory=lambda: np.zeros(1, [(name, "<f4") for name in "xyz"]))
     topic: str = "/points"
     frame: str = "lidar"
+    names: dict[str, str] = field(default_factory=dict)  # other names for fields
+    counts: dict[str, int] = field(default_factory=dict)
+    header: dict[str, int] = field(default_factory=dict)  # what it says instead of the truth
     type = "sensor_msgs/msg/PointCloud2"
 
     def fields(self, types: dict[str, Any]) -> dict[str, Any]:
@@ -91,13 +94,18 @@ class Cloud(Item):
         step = self.points.dtype.itemsize
         point_field = types["sensor_msgs/msg/PointField"]
         fields = [
-            point_field(name=name, offset=offset, datatype=DATATYPES[kind.str[1:]], count=1)
+            point_field(
+                name=self.names.get(name, name),
+                offset=offset,
+                datatype=DATATYPES[kind.str[1:]],
+                count=self.counts.get(name, 1),
+            )
             for name, (kind, offset, *_) in described.items()
         ]
         big = any(kind.str.startswith(">") for kind, *_ in described.values())
         shape = {"height": height, "width": width, "fields": fields, "is_bigendian": big, "point_step": step}
         data = np.frombuffer(self.points.tobytes(), np.uint8)
-        return shape | {"row_step": width * step, "data": data, "is_dense": True}
+        return shape | {"row_step": width * step, "data": data, "is_dense": True} | self.header
 
 
 Recorded = Scan | Odom | Cloud

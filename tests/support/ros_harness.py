@@ -112,15 +112,18 @@ class MessageHarness:
         message.ranges = [float(each) for each in np.asarray(ranges, np.float32)]
         return self.sent("/scan", message, stamp)
 
-    def points(self, points: Any) -> Seen:
+    def points(self, points: Any, **header: Any) -> Seen:
         message = self.message("sensor_msgs", "PointCloud2")
         rows = np.ascontiguousarray(points, np.float32)
-        message.height, message.width, message.point_step, message.row_step = 1, len(rows), 12, 12 * len(rows)
+        height, width = rows.shape[:-1] if rows.ndim == 3 else (1, len(rows))
+        message.height, message.width, message.point_step, message.row_step = height, width, 12, 12 * width
         for offset, name in enumerate("xyz"):
             field = self.message("sensor_msgs", "PointField")
             field.name, field.offset, field.datatype, field.count = name, 4 * offset, 7, 1
             message.fields.append(field)
         message.data = rows.tobytes()
+        for name, value in header.items():
+            setattr(message, name, value)
         return self.sent("/points", message)
 
     def odometry(

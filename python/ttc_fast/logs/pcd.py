@@ -39,7 +39,7 @@ KINDS = {f"{kind}{size}": f"<{kind.lower()}{size}" for kind in "IU" for size in 
     "F8": "<f8",
 }
 KNOWN_NAMES = ("x", "y", "z", "intensity")
-INTENSITIES = ("u1", "u2", "f4", "f8")
+INTENSITIES = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")
 WRONG_NAN = re.compile(rb"[-+]?(1\.#[A-Z]+|nan\([a-z]*\))", re.IGNORECASE)  # as some programs on Windows write it
 
 

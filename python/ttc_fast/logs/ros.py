@@ -5,20 +5,16 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from ttc_fast._core import NoDataError
 from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ReadErrors, ScanFrame, Scanner
 from ttc_fast.logs.motion import Odometer, Pose
 from ttc_fast.logs.options import LIDAR, MOTION, SCANNER
-from ttc_fast.pointcloud2 import from_pointcloud2
+from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros_messages import (
     LASER_SCAN,
     ODOMETRY,
     POINT_CLOUD,
     LaserScan,
     MessageError,
-    PointCloud2,
     laser_scan,
     odometry,
     point_cloud,
@@ -27,8 +23,6 @@ from ttc_fast.ros_messages import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
-
-    from numpy.typing import NDArray
 
     from ttc_fast.logs.container import Container, Topic
     from ttc_fast.logs.options import LogOptions
@@ -191,34 +185,35 @@ class BagClouds(_BagLog):
     def __init__(self, source: _Source, options: LogOptions) -> None:
         super().__init__(source)
         self.lidar = options.applied(Lidar(sensor_height=None), LIDAR)
+        self._odd: dict[str, tuple[int, str]] = {}
 
     def __iter__(self) -> Iterator[CloudFrame]:
         errors, frames = ReadErrors(self.path), 0
+        self._odd, self.assumed = {}, ""
         for stamp, message, odometer in self._source.read(errors):
             try:
-                points = _points(message)
-            except ValueError as error:
+                points, oddities = read_pointcloud2(message)
+            except (ValueError, TypeError) as error:
                 errors.add(f"the cloud at {stamp:.3f} s: {error}")
                 continue
+            if oddities:
+                self._note(oddities)
             frames += 1
             yield CloudFrame(stamp, points, *odometer.at(stamp))
         errors.raise_if_any(frames)
+
+    def _note(self, oddities: dict[str, str]) -> None:
+        """Count what is odd about a message that could be read all the same; keep what was said of the first one."""
+        for part, text in oddities.items():
+            count, first = self._odd.get(part, (0, text))
+            self._odd[part] = count + 1, first
+        self.assumed = "; ".join(f"in {count} clouds, {first}" for count, first in self._odd.values())
 
 
 def _unordered(topic: str, seconds: float, path: Path) -> str:
     fix = f"rosbags-convert --src {path.name} --dst sorted, of the package rosbags, puts it in order"
     back = f"a message on {topic} was recorded {seconds:.1f} s before one that it follows"
     return f"it is not in the order of time, and the odometry that belongs to a frame may be missed: {back}; {fix}"
-
-
-def _points(message: PointCloud2) -> NDArray[Any]:
-    """View the points of a message, which may be empty."""
-    swapped = message.is_bigendian
-    try:
-        points = from_pointcloud2(message._replace(is_bigendian=False))
-    except NoDataError:
-        return np.empty((0, 3), np.float32)
-    return points.byteswap() if swapped else points
 
 
 def _chosen(bag: Container, name: str | None, kinds: tuple[str, ...], option: str) -> Topic | None:

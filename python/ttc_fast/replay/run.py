@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ttc_fast.brake import Reason
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
 from ttc_fast.replay.pipelines import Clouds, Distances, Scans
@@ -184,7 +186,6 @@ class Replay:
         self.pipeline: Any = kind(self.log, settings)
         self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
         self.summary = Summary(str(self.log.path), self.threshold, settings.sensor_timeout)
-        self.summary.assumed = self.log.assumed
         self.series = Series()
         self.key_frame: tuple[Row, Any] | None = None
 
@@ -207,8 +208,11 @@ class Replay:
             summary.lost = str(error)
             raise
         except ValueError as error:  # such as a gate that bounds an intensity that the clouds lack
-            raise LogError(self.log.path, f"frame {summary.frames}: {error}") from error
+            lost = LogError(self.log.path, f"frame {summary.frames}: {error}{_about(frame, self.log.assumed)}")
+            summary.lost = str(lost)
+            raise lost from error
         finally:
+            summary.assumed = self.log.assumed
             series.end()
             key_frame = summary.end()
             if key_frame is not None:
@@ -224,3 +228,9 @@ class Replay:
     def braked(self) -> bool:
         """Whether the key frame is one of braking."""
         return self.key_frame is not None and self.key_frame[0].reason is Reason.CRITERION
+
+
+def _about(frame: Any, odd: str) -> str:
+    """Name the fields that the points of a frame have, and say what was odd so far."""
+    names = getattr(getattr(frame, "points", None), "dtype", np.dtype(float)).names
+    return "".join([f"; its fields are {', '.join(names)}" if names else "", f"; {odd}" if odd else ""])

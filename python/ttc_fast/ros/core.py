@@ -12,7 +12,7 @@ from numpy.lib import recfunctions
 
 from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
-from ttc_fast.pointcloud2 import from_pointcloud2
+from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ __all__ = ["ERROR", "OK", "STALE", "WARN", "BrakeNode", "Cause", "Diagnostics", 
 
 NAME = "ttc_fast: brake"
 UNSEEING = frozenset({Reason.WAITING, Reason.STALE, Reason.BLIND, Reason.NO_MOTION})
-UNREADABLE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError)
 """The errors that a message without sense may raise."""
 CLOCK_JUMP = 1.0
 """s: a clock that is set back by more than this, as when a bag is played again, starts everything anew."""
@@ -66,7 +66,7 @@ class BrakeNode:
     """
 
     def __init__(self, settings: NodeSettings) -> None:
-        self._dropped = Dropped()
+        self._dropped, self._odd = Counts("dropped"), Counts("odd")
         self._controllers: dict[str, BrakeController] = {}
         self._forget()
         self.change(settings)
@@ -125,7 +125,7 @@ class BrakeNode:
         return outputs
 
     def on_points(self, now: float, stamp: float, points: Any) -> Outputs:
-        """Take a cloud in the vehicle's frame: rows x, y, z, or records as ``from_pointcloud2`` gives them."""
+        """Take a cloud in the vehicle's frame: rows x, y, z, or records as ``points_of`` gives them."""
         began = time.perf_counter()
         self._look_at_clock(now)
         try:
@@ -138,12 +138,20 @@ class BrakeNode:
         return outputs
 
     def points_of(self, message: Any) -> Any:
-        """Return a view of the points of a sensor_msgs/PointCloud2, or count an unreadable message and return None."""
+        """Return a view of the points of a sensor_msgs/PointCloud2, or count an unreadable message and return None.
+
+        A message without points gives an empty cloud, which is no free space. What is odd about a readable message is
+        counted too.
+        """
+        topic = self.settings.points_topic
         try:
-            return from_pointcloud2(message, intensity=None)
-        except (ValueError, TypeError) as error:
-            self.dropped(self.settings.points_topic, error)
+            points, oddities = read_pointcloud2(message, intensity=None)
+        except UNREADABLE as error:
+            self.dropped(topic, error)
             return None
+        for part, text in oddities.items():
+            self._odd.count(f"{topic}, {part}", text)
+        return points
 
     def tick(self, now: float) -> Outputs:
         """Decide without new data, which notices data that stopped. An adapter calls it every ``watchdog_period``."""
@@ -210,7 +218,7 @@ class BrakeNode:
         """Return the state of the node and the reason for it."""
         decision = self._latest
         if decision is None:
-            return Diagnostics(STALE, NAME, "nothing has come yet", self._dropped.values())
+            return Diagnostics(STALE, NAME, "nothing has come yet", self._dropped.values() + self._odd.values())
         values = [("command", decision.command.name), ("reason", decision.reason.name)]
         values += [(name, str(value)) for name, value in decision.counters._asdict().items()]
         if decision.threat is not None:
@@ -222,7 +230,7 @@ class BrakeNode:
             values += [("age of the speed", f"{now - self._motion.stamp:.4f} s")]
         values += [("latency", f"{self._took * 1e6:.0f} us"), ("worst latency", f"{self._took_at_most * 1e6:.0f} us")]
         self._took_at_most = 0.0
-        return Diagnostics(_level(decision), NAME, str(decision), values + self._dropped.values())
+        return Diagnostics(_level(decision), NAME, str(decision), values + self._dropped.values() + self._odd.values())
 
     def cause(self) -> Cause | None:
         """Return the position of the beam or point that decided, in the vehicle's frame."""
@@ -257,21 +265,28 @@ def _level(decision: Decision) -> int:
     return OK if decision.command is Command.NONE else WARN
 
 
-class Dropped:
-    """Counts the messages that could not be read, by topic, and keeps the reason of the last one."""
+class Counts:
+    """Counts what happened to messages, by topic or by a part of them, and keeps the reason of the last one.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    what : str
+        What happened, for the diagnostics.
+    """
+
+    def __init__(self, what: str) -> None:
+        self._what = what
         self._counts: dict[str, int] = {}
         self._why: dict[str, str] = {}
 
-    def count(self, topic: str, why: str) -> None:
+    def count(self, where: str, why: str) -> None:
         """Count a message."""
-        self._counts[topic] = self._counts.get(topic, 0) + 1
-        self._why[topic] = why
+        self._counts[where] = self._counts.get(where, 0) + 1
+        self._why[where] = why
 
     def values(self) -> list[tuple[str, str]]:
-        """Return a key and a value for each topic, for the diagnostics."""
-        return [(f"dropped: {topic}", f"{n}; {self._why[topic]}".strip("; ")) for topic, n in self._counts.items()]
+        """Return a key and a value for each topic or part, for the diagnostics."""
+        return [(f"{self._what}: {where}", f"{n}; {self._why[where]}".strip("; ")) for where, n in self._counts.items()]
 
 
 def only_heights(points: Any, low: float, high: float) -> NDArray[np.floating[Any]]:
@@ -281,14 +296,14 @@ def only_heights(points: Any, low: float, high: float) -> NDArray[np.floating[An
 
     Parameters
     ----------
-    points : array_like, shape (N, 3 or more), or records with x, y and z
-        The cloud, m.
+    points : array_like, shape (N, 3 or more) or (H, W, 3 or more), or records with x, y and z of shape (N,) or (H, W)
+        The cloud, m; an organised one is taken row by row.
     low, high : float
         The least and the greatest z of the points that are in the way, m.
 
     Returns
     -------
-    ndarray, shape (N, 3)
+    ndarray, shape (N, 3) or (H * W, 3)
 
     Raises
     ------
@@ -304,9 +319,9 @@ def only_heights(points: Any, low: float, high: float) -> NDArray[np.floating[An
     points = np.asarray(points)
     if points.dtype.names:
         points = recfunctions.structured_to_unstructured(points[["x", "y", "z"]])
-    if points.ndim != 2 or points.shape[1] < 3:
-        raise ValueError(f"points must be rows x, y, z, got an array of shape {points.shape}")
-    cloud = np.array(points[:, :3])
+    if points.ndim not in (2, 3) or points.shape[-1] < 3:
+        raise ValueError(f"points must be rows x, y, z, or rows of them, got an array of shape {points.shape}")
+    cloud = np.array(points[..., :3]).reshape(-1, 3)
     z = cloud[:, 2]
     aside = (z < low) | (z > high)
     aside &= np.isfinite(cloud).all(axis=1) & (cloud != 0.0).any(axis=1)  # other rows are no points

@@ -63,9 +63,9 @@ results! {
 /// points : ndarray or tuple of ndarray
 ///     float32 or float64 coordinates, read in place whatever the stride and alignment: rows (N, 3) or wider, whose
 ///     fourth column is the intensity; (H, W, 3) or wider for an organised cloud; a record array with fields x, y, z
-///     and perhaps intensity (an integer of up to 32 bits, float32 or float64); or a tuple of columns (x, y, z) or (x,
-///     y, z, intensity). ``from_pointcloud2`` reads a ROS message. Rows with a non-finite coordinate, and rows exactly (0, 0,
-///     0), never count.
+///     and perhaps intensity (an integer of up to 32 bits, float32 or float64); or a tuple of columns (x, y, z) or
+///     (x, y, z, intensity). ``from_pointcloud2`` reads a ROS message. Rows with a non-finite coordinate, and rows
+///     exactly (0, 0, 0), never count.
 /// gate : Gate, optional
 ///     Which points count; by default ``Gate()``, a lane 4 m wide in which the road and one's own bonnet count too. On
 ///     the raw cloud of a car, use ``Gate.above_road(...)`` with ``x`` from the bumper on.
