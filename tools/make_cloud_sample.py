@@ -80,7 +80,7 @@ def cast(directions: np.ndarray, boxes: list[Box]) -> tuple[np.ndarray, np.ndarr
 
 
 def turn(frame: int, rng: np.random.Generator) -> np.ndarray:
-    """Return what one turn of the lidar says, all its flaws included: x, y, z, intensity, ring by ring."""
+    """Return the points of one turn of the lidar with all its flaws: x, y, z, intensity, ring by ring."""
     t = frame / RATE
     x = GAP - CLOSING_SPEED * t - BRAKING * t**2 / 2
     street = [box._replace(x=(box.x[0] - SPEED * t, box.x[1] - SPEED * t)) for box in STREET]

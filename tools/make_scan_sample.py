@@ -1,7 +1,7 @@
 """Make the simulated approach that the package ships: a small car that brakes late for a parked box.
 
-A 2D ray-caster drives an F1TENTH-like car down a corridor with doorways and a pillar. Nothing in it was recorded
-anywhere else, so it can be given away with the package. Seeded: the same file every time.
+A 2D ray-caster simulates an F1TENTH-like car in a corridor with doorways and a pillar. Nothing in it is from another
+recording, so it can be shipped with the package. The random numbers are seeded, so the file is the same every time.
 
     python tools/make_scan_sample.py [FILE]
 """
@@ -37,7 +37,7 @@ RANGE_NOISE = 0.006  # m, standard deviation
 SPEED_NOISE = 0.01  # m/s
 LOST = 0.006  # share of readings that come back as NaN
 ERROR_CODES = 0.008  # share of readings that are error codes, below RANGE_MIN
-SPECKLES = 8  # lone readings of something that is not there
+SPECKLES = 8  # isolated readings of something that is not there
 
 
 def world() -> np.ndarray:
@@ -107,7 +107,7 @@ def cast(origin: np.ndarray, directions: np.ndarray, walls: np.ndarray) -> tuple
 
 
 def measure(distance: np.ndarray, incidence: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return what the scanner says of true distances, all its flaws included."""
+    """Return the readings of the scanner for true distances, with all its flaws."""
     ranges = distance + RANGE_NOISE * rng.standard_normal(distance.shape)
     grazing = rng.random(distance.shape) > incidence / 0.12  # too flat to reflect
     ranges[grazing | (ranges > RANGE_MAX)] = np.inf

@@ -124,6 +124,13 @@ def test_a_list_of_stamps_has_seconds_or_dates(name: str, lines: list[str], tmp_
     assert (log.clock, log.assumed) == (f"stamps of {tmp_path / name}", "")
 
 
+def test_a_gap_in_the_numbers_is_a_gap_in_time(tmp_path: Path) -> None:
+    log = frames_in(tmp_path, ["000003", "000004", "000005", "000009", "000010"])
+    assert stamps(log) == pytest.approx([0.0, 0.1, 0.2, 0.6, 0.7])
+    faster = open_log(tmp_path, rate=20.0)
+    assert [frame.stamp for frame in faster] == pytest.approx([0.0, 0.05, 0.1, 0.3, 0.35])
+
+
 # Several sensors
 
 

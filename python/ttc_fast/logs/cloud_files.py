@@ -11,7 +11,7 @@ import numpy as np
 from ttc_fast.logs.files import files_in, unpacked_name
 from ttc_fast.logs.log import CloudFrame, LogError, ReadErrors
 from ttc_fast.logs.options import LIDAR
-from ttc_fast.logs.stamps import LISTS, Series, read_stamps, series_of
+from ttc_fast.logs.stamps import LISTS, Series, frame_numbers, read_stamps, series_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -108,9 +108,8 @@ class CloudFiles:
 
     def _timed(self, series: Series, rate: float | None) -> tuple[NDArray[np.float64], str]:
         """Find the stamps, and where they come from."""
-        numbers = np.arange(self.frame_count)
         if rate is not None:
-            return numbers / rate, f"{rate:g} frames a second"
+            return self._at(rate), f"{rate:g} frames a second"
         if self.path.is_dir():
             places = (folder / name for folder in (self.path, self.path.parent) for name in LISTS)
             listed = next((file for file in places if file.is_file()), None)
@@ -124,7 +123,12 @@ class CloudFiles:
                 f"{rate:g} frames a second, as neither the names nor a {LISTS[0]} say when the frames were; every "
                 "speed and time to collision rests on it: say it with the option rate"
             )
-        return numbers / rate, f"no {LISTS[0]}, so {rate:g} frames a second are assumed"
+        return self._at(rate), f"no {LISTS[0]}, so {rate:g} frames a second are assumed"
+
+    def _at(self, rate: float) -> NDArray[np.float64]:
+        """Return stamps by a rate. Where the names count the frames, a gap in their numbers is a gap in time."""
+        numbers = frame_numbers([self._form.stem(frame) for frame in self._frames]) or range(self.frame_count)
+        return np.array([number - numbers[0] for number in numbers], np.float64) / rate
 
     def _chosen(self, topic: str | None) -> Series:
         """Choose the frames of one sensor in a folder."""

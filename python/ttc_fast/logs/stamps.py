@@ -222,6 +222,30 @@ def _numbered(frames: Sequence[Path], stem: Callable[[Path], str]) -> list[Serie
     return [Series(name, each, None) for name, each in sorted(grouped.items())]
 
 
+def frame_numbers(stems: Sequence[str]) -> list[int] | None:
+    """Return the numbers in names, in order, that count frames; None if they do not go up by one, but for gaps.
+
+    Examples
+    --------
+    >>> from ttc_fast.logs.stamps import frame_numbers
+    >>> frame_numbers(["a7", "a8", "a9", "a13", "a14"])
+    [7, 8, 9, 13, 14]
+    """
+    rows = [re.findall(r"\d+", stem) for stem in stems]
+    if len({len(row) for row in rows}) != 1 or not rows[0]:
+        return None
+    counting = _counting(rows)
+    numbers = [int(row[counting]) for row in rows]
+    steps = sorted(after - before for before, after in itertools.pairwise(numbers))
+    return numbers if steps and steps[0] > 0 and steps[len(steps) // 2] == 1 else None
+
+
+def _counting(rows: list[list[str]]) -> int:
+    """Return which number of each name has the most different values, the last of them; -1 if there are none."""
+    different = [len(set(column)) for column in zip(*rows, strict=True)]
+    return max(range(len(different)), key=lambda i: (different[i], i), default=-1)
+
+
 def _series_names(stems: list[str]) -> list[str]:
     """Return what names say beside the numbers of frames.
 
@@ -234,8 +258,7 @@ def _series_names(stems: list[str]) -> list[str]:
     names = [""] * len(stems)
     for texts, alike in shapes.items():
         rows = [re.findall(r"\d+", stems[at]) for at in alike]
-        different = [len(set(column)) for column in zip(*rows, strict=True)]
-        counting = max(range(len(different)), key=lambda i: (different[i], i), default=-1)
+        counting = _counting(rows)
         kept = [i != counting and re.search(r"[^\W\d_]", text) is not None for i, text in enumerate(texts[:-1])]
         for at, row in zip(alike, rows, strict=True):
             numbers = [number if keep else "" for number, keep in zip(row, kept, strict=True)]
