@@ -34,6 +34,8 @@ class LaserScan(NamedTuple):
         The stamp of the header, ns; 0 where the sender set none.
     ranges : ndarray, float32, shape (beams,)
         m; a view, of any alignment. A copy if the message is big-endian.
+    frame_id : str
+        The frame of the header: which sensor it is, and where it sits.
     """
 
     stamp: int
@@ -43,6 +45,8 @@ class LaserScan(NamedTuple):
     range_min: float
     range_max: float
     ranges: NDArray[np.float32]
+    angle_max: float = 0.0
+    frame_id: str = ""
 
 
 class Odometry(NamedTuple):
@@ -78,7 +82,7 @@ class PointField:
 
 
 class PointCloud2(NamedTuple):
-    """A sensor_msgs/PointCloud2 that ``from_pointcloud2`` takes; it has ``stamp`` (ns) instead of the header."""
+    """A sensor_msgs/PointCloud2 that ``from_pointcloud2`` takes; ``stamp`` (ns) and ``frame_id`` are its header's."""
 
     stamp: int
     height: int
@@ -88,6 +92,7 @@ class PointCloud2(NamedTuple):
     point_step: int
     row_step: int
     data: memoryview
+    frame_id: str = ""
 
 
 class Encoding:
@@ -174,17 +179,17 @@ def laser_scan(buffer: Any, start: int = 0, end: int | None = None, *, encoding:
     if end is None:
         end = len(buffer)
     encoding = encoding.of(buffer, start, end)
-    stamp, at = _header(buffer, start, end, encoding)
+    stamp, frame_id, at = _header(buffer, start, end, encoding)
     if at + 32 > end:
         raise _short("LaserScan", at + 32 - start, end - start)
-    angle_min, _, increment, between, _, range_min, range_max, beams = encoding.scan.unpack_from(buffer, at)
+    angle_min, angle_max, increment, between, _, range_min, range_max, beams = encoding.scan.unpack_from(buffer, at)
     at += 32
     if beams * 4 > end - at:
         raise MessageError(f"is cut short: {beams} ranges need {beams * 4} bytes, {end - at} are left")
     ranges = np.frombuffer(buffer, encoding.ranges, beams, at)
     if not encoding.native:
         ranges = ranges.astype(np.float32)
-    return LaserScan(stamp, angle_min, increment, between, range_min, range_max, ranges)
+    return LaserScan(stamp, angle_min, increment, between, range_min, range_max, ranges, angle_max, frame_id)
 
 
 def odometry(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> Odometry:
@@ -192,7 +197,7 @@ def odometry(buffer: Any, start: int = 0, end: int | None = None, *, encoding: E
     if end is None:
         end = len(buffer)
     encoding = encoding.of(buffer, start, end)
-    stamp, at = _header(buffer, start, end, encoding)
+    stamp, _, at = _header(buffer, start, end, encoding)
     _, at = _string(buffer, at, start, end, encoding)
     if encoding.align:
         at += (start + 4 - at) % encoding.widest
@@ -208,7 +213,7 @@ def point_cloud(buffer: Any, start: int = 0, end: int | None = None, *, encoding
     if end is None:
         end = len(buffer)
     encoding = encoding.of(buffer, start, end)
-    stamp, at = _header(buffer, start, end, encoding)
+    stamp, frame_id, at = _header(buffer, start, end, encoding)
     if at + 12 > end:
         raise _short("PointCloud2", at + 12 - start, end - start)
     height, width, count = encoding.size.unpack_from(buffer, at)
@@ -228,7 +233,7 @@ def point_cloud(buffer: Any, start: int = 0, end: int | None = None, *, encoding
     if size > end - at:
         raise MessageError(f"is cut short: data of {size} bytes, {end - at} are left")
     data = memoryview(buffer)[at : at + size]
-    return PointCloud2(stamp, height, width, tuple(fields), is_bigendian, point_step, row_step, data)
+    return PointCloud2(stamp, height, width, tuple(fields), is_bigendian, point_step, row_step, data, frame_id)
 
 
 def float32(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> float:
@@ -271,8 +276,8 @@ def _field(buffer: Any, at: int, start: int, end: int, encoding: Encoding) -> tu
     return PointField(name, offset, datatype, count), at
 
 
-def _header(buffer: Any, start: int, end: int, encoding: Encoding) -> tuple[int, int]:
-    """Read a std_msgs/Header, and return its stamp (ns) and the position of the next field; skip the frame."""
+def _header(buffer: Any, start: int, end: int, encoding: Encoding) -> tuple[int, str, int]:
+    """Read a std_msgs/Header, and return its stamp (ns), its frame and the position of the next field."""
     at = start + 16
     if at > end:
         raise _short("a header", 16, end - start)
@@ -280,9 +285,10 @@ def _header(buffer: Any, start: int, end: int, encoding: Encoding) -> tuple[int,
     at += length
     if at > end:
         raise MessageError(f"is cut short: the name of its frame has {length} bytes, {end - start - 16} are left")
+    frame_id = str(buffer[start + 16 : at], "utf-8", "replace").removesuffix("\0")
     if encoding.align:
         at += (start - at) % 4
-    return seconds * 1_000_000_000 + nanoseconds, at
+    return seconds * 1_000_000_000 + nanoseconds, frame_id, at
 
 
 def _string(buffer: Any, at: int, start: int, end: int, encoding: Encoding) -> tuple[str, int]:

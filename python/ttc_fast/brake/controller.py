@@ -7,10 +7,11 @@ import threading
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast._core import ScanTTC
 from ttc_fast._validate import finite, flag
 from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.brake.decide import decide, watchdog
-from ttc_fast.brake.settings import BrakeSettings
+from ttc_fast.brake.settings import BETWEEN_BEAMS, BrakeSettings
 from ttc_fast.brake.state import (
     CLOCK_TOLERANCE,
     ControllerState,
@@ -27,7 +28,7 @@ from ttc_fast.status import Status
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ttc_fast import RangeRate, ScanTTC, SweptPath
+    from ttc_fast import RangeRate, SweptPath
     from ttc_fast.brake.types import Criterion, Decision, Estimate, Evaluation, Threats
 
 BRAKE = Command.BRAKE  # a name is looked up faster than the member of an enumeration
@@ -178,7 +179,7 @@ class BrakeController:
             when_blind=when_blind,
         )
         self._trigger, self._release = NOfM(trigger), NOfM(release)
-        self._assessment = ThreatAssessment(scan, path, range_rate, time_increment, horizon)
+        self._assessment = ThreatAssessment(scan, path, range_rate, horizon)
         self._first, *self._others = self._assessment.check(criteria if criteria is not None else self._default())
         self._state = ControllerState()
         self._lock = threading.RLock()
@@ -200,6 +201,7 @@ class BrakeController:
         estimate: Estimate | None = None,
         commanded: Motion | float | None = None,
         override: bool = False,
+        time_increment: float | None = None,
     ) -> Decision:
         """Decide, with whatever is new.
 
@@ -225,6 +227,9 @@ class BrakeController:
             What the vehicle would do if it were not braked; a float is its speed, straight ahead.
         override : bool, default False
             The driver took over: no command, as long as this is given.
+        time_increment : float, optional
+            The time between two beams of this scan, s, where the scanner measures it anew in each; by default that of
+            the constructor.
 
         Returns
         -------
@@ -247,7 +252,7 @@ class BrakeController:
         now = finite("now", now)
         override = override if type(override) is bool else flag("override", override)
         with self._lock:  # what is remembered changes in the vote alone, so that a call that raises changes nothing
-            newest, frame = self._receive(now, ranges, points, stamp, motion, estimate, commanded)
+            newest, frame = self._receive(now, ranges, points, stamp, motion, estimate, commanded, time_increment)
             assessed = BETWEEN_FRAMES if frame is None else self._assess(frame)
             self._vote(newest, frame, assessed)
             state, settings = self._state, self._settings
@@ -257,7 +262,15 @@ class BrakeController:
             return decide(state, settings, now, unsafe, override, assessed.status, assessed.threats)
 
     def _receive(
-        self, now: float, ranges: Any, points: Any, stamp: Any, motion: Any, estimate: Any, commanded: Any
+        self,
+        now: float,
+        ranges: Any,
+        points: Any,
+        stamp: Any,
+        motion: Any,
+        estimate: Any,
+        commanded: Any,
+        time_increment: Any,
     ) -> tuple[Newest, Frame | None]:
         """Check what came; return the newest odometry and estimate, and the frame if one came."""
         state, settings = self._state, self._settings
@@ -269,6 +282,10 @@ class BrakeController:
             at = now if motion.stamp is None else motion.stamp
             if motion_at <= at <= now + CLOCK_TOLERANCE:
                 newest_motion, motion_at = motion, at
+        between = self._settings.time_increment
+        if time_increment is not None:
+            ordinary = type(time_increment) is float and 0.0 <= time_increment <= 1.0  # which needs no call
+            between = time_increment if ordinary else BETWEEN_BEAMS.check("time_increment", time_increment)
         if estimate is not None:
             estimate = checked_estimate(estimate)
             if not estimate.saw_nothing:
@@ -290,7 +307,7 @@ class BrakeController:
         else:
             return newest, None
         fresh = newest_motion if is_fresh(motion_at, now, settings.motion_timeout) else None
-        return newest, Frame(now, stamp, ranges, points, estimate, fresh, commanded)
+        return newest, Frame(now, stamp, ranges, points, estimate, fresh, commanded, between)
 
     def _assess(self, frame: Frame) -> Assessed:
         """Assess the threats of a frame, and evaluate them by every criterion."""
@@ -395,6 +412,49 @@ class BrakeController:
     def settings(self) -> BrakeSettings:
         """The settings, defaults included."""
         return self._settings
+
+    @property
+    def scan(self) -> ScanTTC | None:
+        """The scanner by which ``ranges`` are read."""
+        return self._assessment.scan
+
+    def use_scan(self, scan: ScanTTC) -> None:
+        """Read ``ranges`` by another scanner from now on, and go on with everything that is remembered.
+
+        It is for scanners whose beams are others in each scan. The range rate goes on by angle: a beam takes over what
+        was measured in its direction, to half a beam.
+
+        Parameters
+        ----------
+        scan : ScanTTC
+            The scanner, with an outline where the one before it had one.
+
+        Returns
+        -------
+        None
+
+        Raises
+        ------
+        TypeError
+            If it is no ``ScanTTC``.
+        ValueError
+            If the controller has no scanner, or if only one of the two scanners has an outline.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ttc_fast import BrakeController, Motion, ScanTTC
+        >>> controller = BrakeController(scan=ScanTTC(-1.0, 0.5, 5))
+        >>> controller.use_scan(ScanTTC(-1.0, 0.4, 6))
+        >>> controller.update(0.0, ranges=np.full(6, 9.0), stamp=0.0, motion=Motion(1.0)).reason.name
+        'CLEAR'
+        """
+        if not isinstance(scan, ScanTTC):
+            raise TypeError(f"scan must be a ScanTTC, got {type(scan).__name__}")
+        with self._lock:
+            if self._assessment.scan is None:
+                raise ValueError("scan must replace another one: this controller reads no ranges")
+            self._assessment.use_scan(scan)
 
     def reset(self) -> None:
         """Forget everything: frames, odometry, estimates, votes, and what the range rate has taken up.

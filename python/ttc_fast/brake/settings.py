@@ -8,6 +8,7 @@ from ttc_fast._settings import Choice, Count, Number, Votes, check_fields, setti
 from ttc_fast.brake.types import Command
 
 SECONDS = Number(unit="s", least=0.0)
+BETWEEN_BEAMS = Number(unit="s", least=0.0, most=1.0)
 TIMEOUT = Number(unit="s", positive=True)
 WARN_AT = Number(least=1.0, reason="it multiplies the thresholds at which it brakes")
 RELEASE_AT = Number(least=1.0, reason="below 1 it would let go while a criterion triggers")
@@ -26,9 +27,7 @@ class BrakeSettings:
         If a setting is of the wrong type.
     """
 
-    time_increment: float = setting(
-        0.0, Number(unit="s", least=0.0, most=1.0), "Time between two beams of a scan, as in a LaserScan message."
-    )
+    time_increment: float = setting(0.0, BETWEEN_BEAMS, "Time between two beams of a scan, as in a LaserScan message.")
     horizon: float = setting(5.0, TIMEOUT, "The path of the scan is looked at this far ahead.", (0.0, 60.0))
     trigger: tuple[int, int] = setting((3, 4), Votes(), "(N, M): it brakes when N of the last M frames trigger.")
     release: tuple[int, int] = setting((3, 5), Votes(), "(N, M): it lets go when N of the last M frames are clear.")

@@ -11,6 +11,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
 from ttc_fast.brake.types import STANDING, Needs, Source, Threat, Threats
 from ttc_fast.status import Status
@@ -37,6 +39,8 @@ class Frame:
         The newest odometry that is fresh.
     commanded : Motion or None
         What the vehicle would do if it were not braked, where that is given.
+    time_increment : float
+        The time between two beams of the scan, s.
     """
 
     now: float
@@ -46,6 +50,7 @@ class Frame:
     estimate: Estimate | None
     motion: Motion | None
     commanded: Motion | None
+    time_increment: float
 
 
 PATH = Source.PATH  # a name is looked up faster than the member of an enumeration
@@ -58,7 +63,7 @@ class ThreatAssessment:
 
     Parameters
     ----------
-    scan, path, range_rate, time_increment, horizon
+    scan, path, range_rate, horizon
         The arguments of ``BrakeController``.
     """
 
@@ -67,7 +72,6 @@ class ThreatAssessment:
         scan: ScanTTC | None,
         path: SweptPath | None,
         range_rate: RangeRate | None,
-        time_increment: float,
         horizon: float,
     ) -> None:
         needed = {"scan": (scan, ScanTTC), "path": (path, SweptPath), "range_rate": (range_rate, RangeRate)}
@@ -79,7 +83,7 @@ class ThreatAssessment:
         self.scan = scan
         self.path = path
         self.range_rate = range_rate
-        self.time_increment = float(time_increment)
+        self._horizon = horizon
         self._scan_path = None if scan is None else path_of(scan, horizon)
         self._needs_beams = self._needs_path = True
         self.only_estimates = scan is None and path is None
@@ -112,6 +116,14 @@ class ThreatAssessment:
         # Every scan is assessed in one way at least, so that a blind scanner is noticed by a controller of estimates.
         self._needs_beams = Needs.BEAMS in needs or not (self._needs_path and self._scan_path is not None)
         return criteria
+
+    def use_scan(self, scan: ScanTTC) -> None:
+        """Read scans by another scanner from now on; the range rate goes on by angle."""
+        scan_path = path_of(scan, self._horizon)
+        if (scan_path is None) is not (self._scan_path is None):
+            raise ValueError("scan must have an outline where the one before it has one, or none")
+        self.range_rate = None if self.range_rate is None else range_rate_by_angle(self.range_rate, scan)
+        self.scan, self._scan_path = scan, scan_path
 
     def assess(self, frame: Frame) -> Threats:
         """Return the threats of a new frame: by the vehicle's motion, or else by the range rate, which takes it up."""
@@ -177,7 +189,7 @@ class ThreatAssessment:
 
     def _age(self, frame: Frame, beam: int = -1) -> float:
         """Return the age of a frame, or of a beam of it, at the time of the decision, s."""
-        age = frame.now - frame.stamp - (beam * self.time_increment if beam > 0 else 0.0)
+        age = frame.now - frame.stamp - (beam * frame.time_increment if beam > 0 else 0.0)
         return age if age > 0.0 else 0.0  # what has come was measured before
 
     def reset(self) -> None:
@@ -221,6 +233,27 @@ def estimated_threat(frame: Frame) -> tuple[Threat | None, bool]:
         status = Status.CLOSING if ttc < math.inf else Status.NOT_CLOSING
     threat = Threat(Source.ESTIMATE, max(ttc - age, 0.0), status, -1, math.nan, distance, clearance, closing, age)
     return threat, is_sure
+
+
+def range_rate_by_angle(range_rate: RangeRate, scan: ScanTTC) -> RangeRate:
+    """Return the range rate of another scanner with the same settings, which remembers the same readings by angle.
+
+    Each beam takes over what the beam nearest in direction measured, if that is less than half an increment away.
+    """
+    arguments: Any = range_rate.__getnewargs_ex__()
+    (before,), settings = arguments
+    other = RangeRate(scan, **settings)
+    stamps, headings, readings = range_rate.__getstate__()
+    if len(stamps):
+        angles = before.angles
+        increment = (angles[-1] - angles[0]) / (len(angles) - 1) if len(angles) > 1 else math.inf
+        step, along = abs(increment), (scan.angles - angles[0]) * math.copysign(1.0, increment)
+        beams = (np.mod(along + step / 2.0, 2.0 * math.pi) / step).astype(np.intp)  # of the one before it
+        seen = beams < before.beams
+        carried = np.full((len(stamps), scan.beams), np.nan)
+        carried[:, seen] = readings[:, beams[seen]]
+        other.__setstate__((stamps, headings, carried))
+    return other
 
 
 def path_of(scan: ScanTTC, horizon: float) -> ScanSweptPath | None:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from ttc_fast.sensors.scans import Geometry
+
 FrameT_co = TypeVar("FrameT_co", covariant=True)
 Axes = tuple[str, str, str]
 REP_103: Axes = ("x", "y", "z")
@@ -157,6 +159,13 @@ class ScanFrame(NamedTuple):
     speed_age : float
         How much older than the scan the odometry is that the motion comes from, s; 0 where both were recorded together
         or the user gave the speed, inf where there was none yet.
+    lateral_speed : float
+        The speed of the vehicle's origin to the left, m/s; 0 when the log does not know it.
+    time_increment : float
+        The time between two beams of this scan, s; 0 when the log does not know it.
+    geometry : Geometry or None
+        Where the beams of this scan point, where its log says it for each; None where they are those of the log's
+        ``scanner``.
     """
 
     stamp: float
@@ -164,6 +173,9 @@ class ScanFrame(NamedTuple):
     speed: float | None
     yaw_rate: float = 0.0
     speed_age: float = 0.0
+    lateral_speed: float = 0.0
+    time_increment: float = 0.0
+    geometry: Geometry | None = None
 
 
 @runtime_checkable
@@ -218,7 +230,7 @@ class CloudFrame(NamedTuple):
     points : ndarray, float32 or float64, shape (N, 3) or wider; or records with fields x, y and z
         x, y, z (m), and perhaps the intensity, as recorded; ``Lidar.axes`` says which of them is forward. Stays valid
         when the log is read on.
-    speed, yaw_rate, speed_age
+    speed, yaw_rate, speed_age, lateral_speed
         The motion, as in ``ScanFrame``.
     """
 
@@ -227,6 +239,7 @@ class CloudFrame(NamedTuple):
     speed: float | None = None
     yaw_rate: float = 0.0
     speed_age: float = 0.0
+    lateral_speed: float = 0.0
 
 
 @runtime_checkable

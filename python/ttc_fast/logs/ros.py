@@ -13,12 +13,13 @@ from ttc_fast.ros_messages import (
     LASER_SCAN,
     ODOMETRY,
     POINT_CLOUD,
-    LaserScan,
     MessageError,
     laser_scan,
     odometry,
     point_cloud,
 )
+from ttc_fast.sensors.oddities import RefusedError, Tally
+from ttc_fast.sensors.scans import Geometry, ScanReader
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from ttc_fast.logs.container import Container, Topic
     from ttc_fast.logs.options import LogOptions
+    from ttc_fast.sensors.scans import Scan
 
 NS = 1e-9
 STAMPED = "stamps of the messages"
@@ -58,9 +60,9 @@ class _Source:
         self._odometry = odometry_topic
         self._options = options
         self._view: Callable[[Any, int, int], Any] = partial(VIEWS[topic.type], encoding=topic.encoding)
-        self.first, self._recorded = self._find_first()
-        self._from_header = self.first.stamp != 0
-        self._begin = self.first.stamp if self._from_header else self._recorded
+        first, self._recorded = self._find_first()
+        self._from_header = first.stamp != 0
+        self._begin = first.stamp if self._from_header else self._recorded
         self.clock = STAMPED if self._from_header else UNSTAMPED
         known = "no odometry: the speed is unknown" if odometry_topic is None else f"odometry of {odometry_topic.name}"
         self.motion = options.motion(known)
@@ -96,6 +98,17 @@ class _Source:
         if not odometer.update(stamp, Pose(read.x, read.y, read.yaw), read.speed, read.yaw_rate):
             errors.add(f"odometry at {stamp:.3f} s is not finite")
 
+    def first_sound(self, reader: ScanReader) -> Scan:
+        """Return the first scan that makes sense."""
+        errors = ReadErrors(self.bag.path)
+        for _, _, buffer, start, end in self.bag.messages({self.topic.name}, errors):
+            try:
+                return reader.read(self._view(buffer, start, end))
+            except (MessageError, RefusedError) as error:
+                errors.add(f"message on {self.topic.name} {error}")
+        errors.raise_if_any(0)
+        raise LogError(self.bag.path, f"has no scan on {self.topic.name}")
+
     def _find_first(self) -> tuple[Any, int]:
         """Return the first message, and when it was recorded."""
         errors = ReadErrors(self.bag.path)
@@ -114,6 +127,8 @@ class _BagLog:
     assumed = ""
 
     def __init__(self, source: _Source) -> None:
+        self.odd = Tally()
+        """What was odd about the messages that were read."""
         self.path = source.bag.path
         self.frame_count = source.topic.messages
         self.clock = source.clock
@@ -124,8 +139,8 @@ class _BagLog:
 class BagScans(_BagLog):
     """The scans of a bag.
 
-    Each scan has the motion of the latest odometry that was recorded before it and is not stamped later. Ranges are
-    views of the bag's own bytes, of whatever alignment; big-endian ones are copies.
+    Each scan says where its own beams are. It has the motion of the latest odometry that was recorded before it and is
+    not stamped later. Ranges are views of the bag's own bytes, of whatever alignment; big-endian ones are copies.
 
     Parameters
     ----------
@@ -137,33 +152,36 @@ class BagScans(_BagLog):
     Raises
     ------
     LogError
-        While iterating, after the last frame, if something was damaged, or scans were unlike the first.
+        While iterating, after the last frame, if something was damaged, or scans made no sense.
     """
 
     def __init__(self, source: _Source, options: LogOptions) -> None:
         super().__init__(source)
-        first: LaserScan = source.first
-        scanner = Scanner(
-            angle_min=first.angle_min,
-            angle_increment=first.angle_increment,
-            beams=len(first.ranges),
-            range_min=first.range_min,
-            range_max=first.range_max,
-        )
-        self.scanner = options.applied(scanner, SCANNER)
+        self._options = options
+        self.scanner = self._scanner(source.first_sound(ScanReader(source.topic.name, Tally())).geometry)
 
     def __iter__(self) -> Iterator[ScanFrame]:
         errors, frames = ReadErrors(self.path), 0
-        settings, beams = self._source.first[1:5], self.scanner.beams
-        for stamp, scan, odometer in self._source.read(errors):
-            if scan[1:5] != settings or len(scan.ranges) != beams:
-                errors.add(
-                    f"the scan at {stamp:.3f} s has other beams or angles than the first, {len(scan.ranges)} beams"
-                )
+        self.odd = Tally()
+        reader = ScanReader(self._source.topic.name, self.odd)
+        raw: Geometry | None = None
+        for stamp, message, odometer in self._source.read(errors):
+            try:
+                scan = reader.read(message)
+            except RefusedError as error:
+                errors.add(f"the scan at {stamp:.3f} s {error}")
                 continue
             frames += 1
-            yield ScanFrame(stamp, scan.ranges, *odometer.at(stamp))
+            if scan.geometry is not raw:
+                raw = scan.geometry
+                geometry = Geometry(*(getattr(self._scanner(raw), name) for name in Geometry._fields))
+            motion = odometer.at(stamp)
+            yield ScanFrame(stamp, scan.ranges, *motion, 0.0, scan.time_increment, geometry)
         errors.raise_if_any(frames)
+
+    def _scanner(self, geometry: Geometry) -> Scanner:
+        """Return the scanner of a geometry, with what the user says of it."""
+        return self._options.applied(Scanner(**geometry._asdict()), SCANNER)
 
 
 class BagClouds(_BagLog):

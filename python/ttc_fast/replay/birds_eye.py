@@ -98,7 +98,7 @@ def _draw_vehicle(axes: Axes, replay: Replay) -> None:
 
 def _scan(replay: Replay, row: Row, frame: Any) -> Seen:
     """Return the readings as points, those with a TTC below the threshold, and the one that decided."""
-    scan = replay.pipeline.scan
+    scan = replay.pipeline.scan_of(frame)
     speed = 0.0 if frame.speed is None else frame.speed
     judged = scan if replay.pipeline.outline is None else ScanSweptPath(scan)
     ttc = judged.per_beam(frame.ranges, speed, frame.yaw_rate)

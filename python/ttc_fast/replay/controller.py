@@ -32,6 +32,8 @@ class ReplayController:
 
     Attributes
     ----------
+    brake : BrakeController
+        The controller.
     stale : int
         Number of gaps that were longer than ``sensor_timeout``.
     longest_gap : float
@@ -43,8 +45,8 @@ class ReplayController:
     def __init__(
         self, configuration: Configuration, *, scan: ScanTTC | None = None, path: SweptPath | None = None
     ) -> None:
-        self._controller: BrakeController = configuration.controller(scan, path)
-        self._timeout = self._controller.settings.sensor_timeout
+        self.brake: BrakeController = configuration.controller(scan, path)
+        self._timeout = self.brake.settings.sensor_timeout
         self._stamp = math.nan
         self.stale = self.resets = 0
         self.longest_gap = 0.0
@@ -52,7 +54,7 @@ class ReplayController:
     @property
     def criteria(self) -> tuple[Criterion, ...]:
         """The criteria that decide."""
-        return self._controller.criteria
+        return self.brake.criteria
 
     @property
     def thresholds(self) -> list[float]:
@@ -64,7 +66,7 @@ class ReplayController:
         set_back = stamp < self._stamp - SET_BACK
         if set_back:
             self.resets += 1
-            self._controller.reset()
+            self.brake.reset()
             self._stamp = math.nan
         return set_back
 
@@ -75,8 +77,8 @@ class ReplayController:
         if stale:
             self.stale += 1
             self.longest_gap = max(self.longest_gap, gap)
-            self._controller.update(stamp)  # the watchdog, just before the frame comes
-        decision = self._controller.update(stamp, motion=motion, **data)
+            self.brake.update(stamp)  # the watchdog, just before the frame comes
+        decision = self.brake.update(stamp, motion=motion, **data)
         if stale and decision.reason in STILL_BRAKING:
             decision = decision._replace(reason=Reason.STALE)
         return decision
@@ -86,5 +88,5 @@ def motion_of(frame: Any) -> Motion | None:
     """Return the motion at a frame with the stamp of the odometry, or None where it is not known."""
     if frame.speed is None:
         return None
-    age = frame.speed_age
-    return Motion(frame.speed, frame.yaw_rate, 0.0, frame.stamp - age if 0.0 < age < math.inf else frame.stamp)
+    age, lateral = frame.speed_age, frame.lateral_speed
+    return Motion(frame.speed, frame.yaw_rate, lateral, frame.stamp - age if 0.0 < age < math.inf else frame.stamp)

@@ -21,11 +21,12 @@ from ttc_fast.logs import forward_left_up
 from ttc_fast.replay.controller import ReplayController, motion_of
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.settings import GATE_OPTIONS, SCANNER
+from ttc_fast.sensors.scans import Geometry, Scan, ScanKernels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ttc_fast._core import Gate, TrackedTTC
+    from ttc_fast._core import Gate, ScanTTC, TrackedTTC
     from ttc_fast.brake import Decision
     from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog, Lidar, ScanFrame, ScanLog
     from ttc_fast.replay.settings import Settings
@@ -55,13 +56,20 @@ class Scans:
     def __init__(self, log: ScanLog, settings: Settings) -> None:
         self._configuration = settings.configured()
         recorded = {name: value for name, value in vars(log.scanner).items() if value is not None}
-        self.scan = self._configuration.scanner(**recorded)
+        self._geometry = Geometry(**{name: recorded.pop(name) for name in Geometry._fields})
         scanner = {**recorded, **self._configuration.scan}
+        self._configuration = replace(self._configuration, scan=scanner)
+        self._kernels = ScanKernels(self._configuration)
+        scan = self._kernels.of(self._geometry)
         self.outline, self.mount = scanner.get("outline"), tuple(scanner.get("mount", (0.0, 0.0, 0.0)))
         self.about = about_scans(log, self.outline, self.mount)
         self.rated = False
         """Whether the range rate gives the closing speeds."""
-        self.controller = ReplayController(self._configuration, scan=self.scan)
+        self.controller = ReplayController(self._configuration, scan=scan)
+
+    def scan_of(self, frame: ScanFrame) -> ScanTTC:
+        """Return the scanner of a frame."""
+        return self._kernels.of(frame.geometry or self._geometry)
 
     def begin(self, frame: ScanFrame) -> None:
         """Take the first frame into account: where it has no speed, the range rate gives the closing speeds."""
@@ -70,13 +78,15 @@ class Scans:
             configuration = self._configuration
             if configuration.range_rate is None:
                 configuration = replace(configuration, range_rate={})
-            self.controller = ReplayController(configuration, scan=self.scan)
+            self.controller = ReplayController(configuration, scan=self._kernels.of(self._geometry))
 
     def row(self, number: int, frame: ScanFrame) -> Row:
         """Return the row of a frame."""
         stamp, speed = frame.stamp, math.nan if frame.speed is None else frame.speed
         self.controller.reset_if_set_back(stamp)
-        decision = self.controller.decide(stamp, motion_of(frame), ranges=frame.ranges, stamp=stamp)
+        scan = Scan(frame.geometry or self._geometry, frame.time_increment, frame.ranges)
+        data = self._kernels.frame(self.controller.brake, scan)
+        decision = self.controller.decide(stamp, motion_of(frame), stamp=stamp, **data)
         command, reason, criterion, threats = decision.command, decision.reason, decision.criterion, decision.threats
         nearest = None if threats is None else threats.path or threats.beams
         if threats is None or nearest is None or criterion is None:

@@ -217,6 +217,8 @@ class Replay:
             key_frame = summary.end()
             if key_frame is not None:
                 self.key_frame = key_frame, frame
+            odd = getattr(self.log, "odd", None)
+            summary.odd = [] if odd is None else odd.sentences()
             controller = pipeline.controller
             summary.stale, summary.longest_gap, summary.resets = (
                 controller.stale,

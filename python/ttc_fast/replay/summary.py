@@ -74,6 +74,9 @@ class Summary:
     assumed : str
         What the reader of the log assumed because the log does not say it; empty if nothing.
 
+    odd : list of str
+        What was odd about messages that were used all the same, a sentence for each kind.
+
     Notes
     -----
     The measures are TET and TIT of [Minderhoud, Bovy: Extended time-to-collision measures for road traffic safety
@@ -104,6 +107,7 @@ class Summary:
         self.least_isolated: Row | None = None
         self.events: list[Event] = []
         self.lost = self.assumed = ""
+        self.odd: list[str] = []
         self._before: Row | None = None
         self._last: Row | None = None
         self._brakes = self._has_key_frame = False

@@ -185,6 +185,8 @@ def _found(summary: Summary) -> Iterator[tuple[str, str]]:
         yield "stale", f"{times(summary.stale)} {gap}; --sensor-timeout says how long it waits"
     if summary.resets:
         yield "clock", f"set back {times(summary.resets)}; the brake began anew there"
+    for each in summary.odd:
+        yield "odd", each
     if summary.lost:
         yield "lost", summary.lost
 
@@ -216,5 +218,7 @@ def print_summaries(summaries: list[Summary], console: Console) -> None:
     for each in summaries:
         if each.assumed:
             line(console, "ASSUMED", f"{each.path}: {each.assumed}")
+        for odd in each.odd:
+            line(console, "odd", f"{each.path}: {odd}")
         if each.lost:
             line(console, "lost", each.lost)

@@ -14,6 +14,8 @@ from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
 from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
+from ttc_fast.sensors.oddities import Tally, say_on_console
+from ttc_fast.sensors.scans import Geometry, ScanKernels, ScanReader
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,7 +33,7 @@ CLOCK_JUMP = 1.0
 """s: a clock that is set back by more than this, as when a bag is played again, starts everything anew."""
 SCAN, CLOUD = "scan", "cloud"
 """The sources of frames. Each has its own controller, votes and watchdog: they come at different times and rates."""
-NO_SCAN = {"angle_min": 0.0, "angle_increment": 0.1, "beams": 2}
+NO_SCAN = Geometry(0.0, 0.1, 2, 0.0, math.inf)
 """The geometry of a scanner until the first scan comes."""
 FAR_AWAY = 1e6
 """m: a distance further than anything drives within the horizon."""
@@ -66,7 +68,8 @@ class BrakeNode:
     """
 
     def __init__(self, settings: NodeSettings) -> None:
-        self._dropped, self._odd = Counts("dropped"), Counts("odd")
+        self._dropped, self._odd = Tally(say_on_console), Tally(say_on_console)
+        self._scans = ScanReader(settings.scan_topic, self._odd)
         self._controllers: dict[str, BrakeController] = {}
         self._forget()
         self.change(settings)
@@ -75,10 +78,10 @@ class BrakeNode:
         """Go on with other settings; votes and held brakes stay."""
         self.settings = settings
         self._configuration = settings.configuration()
-        self._geometry: tuple[Any, ...] | None = None
+        self._kernels = ScanKernels(self._configuration)
         controllers, self._controllers = self._controllers, {}
         if settings.scan_topic:
-            scan = self._configuration.scanner(**NO_SCAN)
+            scan = self._kernels.of(NO_SCAN)
             self._controllers[SCAN] = _after(controllers.get(SCAN), self._configuration.controller(scan))
         if settings.points_topic and settings.outline:
             path = SweptPath(settings.outline)
@@ -116,8 +119,8 @@ class BrakeNode:
         began = time.perf_counter()
         self._look_at_clock(now)
         try:
-            self._read_by(scan)
-            outputs = self._decide(now, SCAN, ranges=scan.ranges, stamp=self._measured(now, stamp))
+            frame = self._kernels.frame(self._controllers[SCAN], self._scans.read(scan))
+            outputs = self._decide(now, SCAN, stamp=self._measured(now, stamp), **frame)
         except UNREADABLE as error:
             self.dropped(self.settings.scan_topic, error)
             return self.tick(now)
@@ -176,25 +179,6 @@ class BrakeNode:
         self._took = time.perf_counter() - began
         self._took_at_most = max(self._took_at_most, self._took)
 
-    def _read_by(self, scan: Any) -> None:
-        """Make the scanner from the first scan, and again whenever the geometry changes."""
-        geometry = (
-            scan.angle_min,
-            scan.angle_increment,
-            len(scan.ranges),
-            scan.range_min,
-            scan.range_max,
-            scan.time_increment,
-        )
-        if geometry == self._geometry:
-            return
-        angle_min, angle_increment, beams, range_min, range_max, time_increment = geometry
-        beam = {"angle_min": angle_min, "angle_increment": angle_increment, "beams": beams}
-        scanner = self._configuration.scanner(**beam, range_min=range_min, range_max=range_max)
-        controller = self._configuration.controller(scanner, time_increment=time_increment)
-        self._controllers[SCAN] = _after(self._controllers[SCAN], controller)
-        self._geometry = geometry
-
     def _decide(self, now: float, source: str = "", **data: Any) -> Outputs:
         """Update every controller with the time and the motion, one of them with the data; the worst answer counts."""
         answers = [
@@ -218,7 +202,7 @@ class BrakeNode:
         """Return the state of the node and the reason for it."""
         decision = self._latest
         if decision is None:
-            return Diagnostics(STALE, NAME, "nothing has come yet", self._dropped.values() + self._odd.values())
+            return Diagnostics(STALE, NAME, "nothing has come yet", self._counted())
         values = [("command", decision.command.name), ("reason", decision.reason.name)]
         values += [(name, str(value)) for name, value in decision.counters._asdict().items()]
         if decision.threat is not None:
@@ -230,7 +214,10 @@ class BrakeNode:
             values += [("age of the speed", f"{now - self._motion.stamp:.4f} s")]
         values += [("latency", f"{self._took * 1e6:.0f} us"), ("worst latency", f"{self._took_at_most * 1e6:.0f} us")]
         self._took_at_most = 0.0
-        return Diagnostics(_level(decision), NAME, str(decision), values + self._dropped.values() + self._odd.values())
+        return Diagnostics(_level(decision), NAME, str(decision), values + self._counted())
+
+    def _counted(self) -> list[tuple[str, str]]:
+        return self._dropped.values("dropped") + self._odd.values("odd")
 
     def cause(self) -> Cause | None:
         """Return the position of the beam or point that decided, in the vehicle's frame."""
@@ -263,30 +250,6 @@ def _level(decision: Decision) -> int:
     if decision.reason in UNSEEING:
         return ERROR
     return OK if decision.command is Command.NONE else WARN
-
-
-class Counts:
-    """Counts what happened to messages, by topic or by a part of them, and keeps the reason of the last one.
-
-    Parameters
-    ----------
-    what : str
-        What happened, for the diagnostics.
-    """
-
-    def __init__(self, what: str) -> None:
-        self._what = what
-        self._counts: dict[str, int] = {}
-        self._why: dict[str, str] = {}
-
-    def count(self, where: str, why: str) -> None:
-        """Count a message."""
-        self._counts[where] = self._counts.get(where, 0) + 1
-        self._why[where] = why
-
-    def values(self) -> list[tuple[str, str]]:
-        """Return a key and a value for each topic or part, for the diagnostics."""
-        return [(f"{self._what}: {where}", f"{n}; {self._why[where]}".strip("; ")) for where, n in self._counts.items()]
 
 
 def only_heights(points: Any, low: float, high: float) -> NDArray[np.floating[Any]]:

@@ -91,7 +91,8 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
             self.core.dropped(self.core.settings.scan_topic, error)
             return
         angles = msg.angle_min, msg.angle_increment
-        scan = ros_messages.LaserScan(0, *angles, msg.time_increment, msg.range_min, msg.range_max, ranges)
+        limits = msg.time_increment, msg.range_min, msg.range_max
+        scan = ros_messages.LaserScan(0, *angles, *limits, ranges, msg.angle_max, msg.header.frame_id)
         self._publish(self.core.on_scan(self._now(), _seconds(msg.header.stamp), scan))
 
     def _on_points(self, msg: Any) -> None:

@@ -1,0 +1,231 @@
+"""Where the beams of a scan point, and the kernels that read it.
+
+A driver may measure the time of each turn, and with it the ``time_increment``; it may send a few readings more or less
+in each scan; and while the scanner starts it may send an empty scan, or one of a single reading. So each scan says
+where its own beams are, and a ``ScanReader`` checks what it says [sensor_msgs/LaserScan, REP 117]:
+
+- ``time_increment`` only corrects the age of a beam by milliseconds. A senseless one is taken for 0.
+- ``angle_max`` is the angle of the last beam. If it is not where ``angle_min``, ``angle_increment`` and the number of
+  readings put that beam, nobody knows where the beams point, and the scan is refused. Drivers that count the readings
+  as if they were the steps between them are off by one beam, which is tolerated.
+
+``ScanKernels`` keeps a ``ScanTTC`` for each geometry. Two geometries that differ by less than a sixteenth of a beam are
+taken for one: the increments that drivers compute anew in each scan differ in their last digits.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ttc_fast._core import ScanTTC
+from ttc_fast.sensors.oddities import RefusedError
+
+if TYPE_CHECKING:
+    from ttc_fast.brake import BrakeController
+    from ttc_fast.configuration import Configuration
+    from ttc_fast.sensors.oddities import Tally
+
+LONGEST_SCAN = 1.5
+"""s; no scanner takes longer for one scan, so a ``time_increment`` that says so is senseless."""
+OFF_BY_ONE = 1.5
+"""The number of readings may differ by less than this from what ``angle_max`` says."""
+SAME = 1.0 / 16.0
+"""Of a beam: two geometries whose first and last beams are this near are one."""
+KEPT = 64
+"""The number of geometries whose kernels are kept."""
+TURN = 2.0 * math.pi
+
+
+class Geometry(NamedTuple):
+    """Where the beams of a scan point, and what its readings can be: arguments of ``ScanTTC``, rad and m."""
+
+    angle_min: float
+    angle_increment: float
+    beams: int
+    range_min: float
+    range_max: float
+
+    @property
+    def angle_last(self) -> float:
+        """The angle of the last beam, rad."""
+        return self.angle_min + (self.beams - 1) * self.angle_increment
+
+    def is_nearly(self, other: Geometry) -> bool:
+        """Return whether every beam points where the other's does, but for a small part of a beam."""
+        tolerance = SAME * abs(self.angle_increment)
+        return (
+            self[2:] == other[2:]
+            and abs(self.angle_min - other.angle_min) <= tolerance
+            and abs(self.angle_last - other.angle_last) <= tolerance
+        )
+
+
+class Scan(NamedTuple):
+    """A scan that makes sense.
+
+    Attributes
+    ----------
+    geometry : Geometry
+        Where its beams point.
+    time_increment : float
+        The time between two beams, s.
+    ranges : ndarray
+        The readings, m, where they lay in the message.
+    """
+
+    geometry: Geometry
+    time_increment: float
+    ranges: Any
+
+
+class ScanReader:
+    """Checks the scans of one topic.
+
+    Parameters
+    ----------
+    name : str
+        The topic, which oddities are counted by.
+    odd : Tally
+        Counts what is odd but usable.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> import numpy as np
+    >>> from ttc_fast.sensors.oddities import Tally
+    >>> from ttc_fast.sensors.scans import ScanReader
+    >>> reader = ScanReader("/scan", Tally(print))
+    >>> scan = SimpleNamespace(
+    ...     angle_min=-1.0, angle_max=1.0, angle_increment=0.5, range_min=0.1, range_max=30.0, time_increment=-1.0,
+    ...     ranges=np.ones(5, np.float32),
+    ... )
+    >>> reader.read(scan).time_increment
+    /scan, time_increment: is -1 s from one beam to the next of 5, which makes no sense; it is taken for 0
+    0.0
+    >>> scan.ranges = np.ones(9, np.float32)
+    >>> reader.read(scan)  # doctest: +NORMALIZE_WHITESPACE
+    Traceback (most recent call last):
+        ...
+    ttc_fast.sensors.oddities.RefusedError: has 9 readings from angle_min -1 rad on, 0.5 rad apart, which end \
+at 3 rad, and angle_max is 1 rad: nobody knows where its beams point
+    """
+
+    def __init__(self, name: str, odd: Tally) -> None:
+        self._name = name
+        self._odd = odd
+        self._said: tuple[Any, ...] | None = None
+        self._geometry: Geometry | None = None
+        self._off_by_one = ""
+        self._sound: set[Geometry] = set()
+
+    def read(self, scan: Any) -> Scan:
+        """Return what any object with the fields of sensor_msgs/LaserScan says; RefusedError where it is nonsense."""
+        ranges = scan.ranges
+        beams = len(ranges)
+        said = (
+            scan.angle_min,
+            scan.angle_increment,
+            beams,
+            scan.range_min,
+            scan.range_max,
+            getattr(scan, "angle_max", None),
+        )
+        if said != self._said or self._geometry is None:
+            self._geometry = self._checked(*said)
+            self._said = said
+        if self._off_by_one:
+            self._odd.count(f"{self._name}, angle_max", self._off_by_one)
+        return Scan(self._geometry, self._between(scan.time_increment, beams), ranges)
+
+    def _between(self, time_increment: Any, beams: int) -> float:
+        """Return the time between two beams, s, which is 0 where what is said makes no sense."""
+        if 0.0 <= time_increment * (beams - 1) <= LONGEST_SCAN:
+            return float(time_increment)
+        if time_increment != time_increment:
+            raise RefusedError("has a time_increment that is not a number")
+        if beams > 1:
+            why = f"is {time_increment:g} s from one beam to the next of {beams}, which makes no sense; "
+            self._odd.count(f"{self._name}, time_increment", f"{why}it is taken for 0")
+        return 0.0
+
+    def _checked(
+        self, angle_min: Any, angle_increment: Any, beams: int, range_min: Any, range_max: Any, angle_max: Any
+    ) -> Geometry:
+        """Return the geometry that a scan says, if it makes sense."""
+        self._geometry, self._off_by_one = None, ""
+        if beams == 0:
+            raise RefusedError("has no readings")
+        if not math.isfinite(angle_min + angle_increment):
+            raise RefusedError(
+                f"has angle_min {angle_min:g} and angle_increment {angle_increment:g}, which must be finite"
+            )
+        geometry = Geometry(float(angle_min), float(angle_increment), beams, float(range_min), float(range_max))
+        if geometry not in self._sound:
+            try:
+                ScanTTC(**geometry._asdict())
+            except ValueError as error:
+                raise RefusedError(f"cannot be read: {error}") from None
+            if len(self._sound) >= KEPT:
+                self._sound.clear()
+            self._sound.add(geometry)
+        # An angle_max of 0 is one that nobody filled in.
+        if angle_max and math.isfinite(angle_max) and angle_increment:
+            self._check_last(geometry, angle_max)
+        return geometry
+
+    def _check_last(self, geometry: Geometry, angle_max: float) -> None:
+        """Check that the last beam points to ``angle_max``, whichever way round that was counted."""
+        last, step = geometry.angle_last, abs(geometry.angle_increment)
+        apart = abs(math.remainder(last - angle_max, TURN)) / step
+        if apart <= 0.5:
+            return
+        text = (
+            f"has {geometry.beams} readings from angle_min {geometry.angle_min:g} rad on, "
+            f"{geometry.angle_increment:g} rad apart, which end at {last:g} rad, and angle_max is {angle_max:g} rad"
+        )
+        if apart > OFF_BY_ONE:
+            raise RefusedError(f"{text}: nobody knows where its beams point")
+        self._off_by_one = f"{text}, a beam off; the readings are taken as counted from angle_min"
+
+
+class ScanKernels:
+    """The scanners of a configuration, one for each geometry, made once.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        The settings of the scanner; what it says of the geometry wins.
+    """
+
+    def __init__(self, configuration: Configuration) -> None:
+        self._configuration = configuration
+        self._made: dict[Geometry, ScanTTC] = {}
+        self._fitted: tuple[Geometry, BrakeController] | None = None
+        self._has_time_increment = "time_increment" in configuration.brake
+
+    def of(self, geometry: Geometry) -> ScanTTC:
+        """Return the scanner of a geometry."""
+        made = self._made
+        known = geometry
+        if known not in made:
+            known = next((each for each in reversed(made) if each.is_nearly(geometry)), geometry)
+        scan = made.pop(known, None)
+        if scan is None:
+            scan = self._configuration.scanner(**geometry._asdict())
+            if len(made) >= KEPT:
+                del made[next(iter(made))]
+        made[known] = scan  # the newest is last
+        return scan
+
+    def frame(self, controller: BrakeController, scan: Scan) -> dict[str, Any]:
+        """Let a controller read scans of this geometry, and return what its ``update`` is given of this one."""
+        geometry = scan.geometry
+        fitted = self._fitted
+        if fitted is None or fitted[0] != geometry or fitted[1] is not controller:
+            kernel = self.of(geometry)
+            if controller.scan is not kernel:
+                controller.use_scan(kernel)
+            self._fitted = geometry, controller
+        between = None if self._has_time_increment else scan.time_increment
+        return {"ranges": scan.ranges, "time_increment": between}
