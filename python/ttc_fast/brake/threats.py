@@ -199,14 +199,14 @@ class ThreatAssessment:
 
     def state(self) -> Any:
         """Return the state of the range rate, or None without one."""
-        return None if self.range_rate is None else self.range_rate.__getstate__()
+        return None if self.range_rate is None else self.range_rate.state()
 
     def restore(self, state: Any) -> None:
         """Let the range rate go on from a state."""
         if (state is None) is not (self.range_rate is None):
             raise ValueError("state must be that of a controller with a range_rate where this one has it, or without")
         if self.range_rate is not None:
-            self.range_rate.__setstate__(state)
+            self.range_rate.restore(state)
 
 
 def path_threat(seen: Any, index: int, angle: float, distance: float, speed: float, age: float) -> Threat:
@@ -240,19 +240,17 @@ def range_rate_by_angle(range_rate: RangeRate, scan: ScanTTC) -> RangeRate:
 
     Each beam takes over what the beam nearest in direction measured, if that is less than half an increment away.
     """
-    arguments: Any = range_rate.__getnewargs_ex__()
-    (before,), settings = arguments
-    other = RangeRate(scan, **settings)
-    stamps, headings, readings = range_rate.__getstate__()
-    if len(stamps):
+    before, state = range_rate.scan, range_rate.state()
+    other = RangeRate(**(range_rate.__getnewargs_ex__()[1] | {"scan": scan}))
+    if state["stamps"]:
         angles = before.angles
         increment = (angles[-1] - angles[0]) / (len(angles) - 1) if len(angles) > 1 else math.inf
         step, along = abs(increment), (scan.angles - angles[0]) * math.copysign(1.0, increment)
         beams = (np.mod(along + step / 2.0, 2.0 * math.pi) / step).astype(np.intp)  # of the one before it
         seen = beams < before.beams
-        carried = np.full((len(stamps), scan.beams), np.nan)
-        carried[:, seen] = readings[:, beams[seen]]
-        other.__setstate__((stamps, headings, carried))
+        carried = np.full((len(state["stamps"]), scan.beams), np.nan)
+        carried[:, seen] = np.array(state["readings"])[:, beams[seen]]
+        other.restore(state | {"beams": scan.beams, "readings": carried.tolist()})
     return other
 
 
