@@ -73,6 +73,10 @@ def huge_cloud(size: float) -> Any:
     return np.column_stack([np.full(40, size), np.linspace(-1.0, 1.0, 40), np.ones(40)])
 
 
+def approach_from(size: float) -> Callable[[Any, int], Any]:
+    return lambda tracker, frame: tracker.update(huge_cloud(size * (1.0 - 1e-3 * frame)), 1e10 + 0.1 * frame)
+
+
 KEPT = {
     "DistanceTracker": Kept(
         make=lambda: ttc_fast.DistanceTracker(ttc_fast.KalmanCA(), max_gap=0.8),
@@ -103,6 +107,13 @@ KEPT = {
             lambda tracker, frame: tracker.update(huge_cloud(1e300), 1e10 + 0.1 * frame),
             lambda tracker, frame: tracker.update(huge_cloud(1e-300), 1e10 + 1e-5 * frame),
         ],
+    ),
+    "CloudTracker of means": Kept(
+        make=lambda: ttc_fast.CloudTracker(estimator=ttc_fast.MeanOfLowest(5)),
+        update=lambda tracker, frame: tracker.update(wall(frame), 0.1 * frame),
+        other_shape=lambda: ttc_fast.RangeRate(SCAN),
+        refused=[lambda tracker: tracker.update(wall(0), None)],
+        extreme=[approach_from(size) for size in (1e308, 1e200, 1e160, 1e150)],
     ),
     "RangeRate": Kept(
         make=lambda: ttc_fast.RangeRate(SCAN),
@@ -206,7 +217,7 @@ def test_a_reset_forgets_all(kept: Kept) -> None:
 def test_foreign_states_are_refused(kept: Kept) -> None:
     it = fed(kept)
     state = it.state()
-    foreign = [other.make().state() for other in KEPT.values() if other is not kept]
+    foreign = [other.make().state() for other in KEPT.values() if type(other.make()) is not type(it)]
     incomplete = [{name: value for name, value in state.items() if name != key} for key in state]
     versions = [state | {"version": version} for version in (state["version"] + 1, 0, None, "1")]
     classes = [state | {"class": name} for name in ("Tracker", None)]

@@ -71,7 +71,9 @@ class Body:
     def add(self, sighting: Sighting, settings: Alignment) -> None:
         """Add a sighting, and find the motion anew."""
         self.sightings = [*self.sightings, sighting][-MOST:]
-        self.trend = trend(self.sightings, settings) if len(self.sightings) >= ENOUGH else None
+        found = trend(self.sightings, settings) if len(self.sightings) >= ENOUGH else None
+        possible = found is not None and found.variance >= 0 and all(math.isfinite(number) for number in found)
+        self.trend = found if possible else None
 
 
 @shows_settings("gate", "estimator", "method", "front_offset", "jump", "max_gap")
@@ -124,7 +126,11 @@ class CloudTracker:
             return self._coast(stamp)
         too_few = found.detection is Detection.TOO_FEW
         edge = found.nearest_x if too_few else found.x
-        self._follow(Sighting(stamp, edge, self._profile(candidates(seen, self._gate), edge)))
+        sighting = Sighting(stamp, edge, self._profile(candidates(seen, self._gate), edge))
+        cells = sighting.profile
+        if not (math.isfinite(edge) and np.isfinite([cells.count, cells.x, cells.z]).all()):  # sums that overflowed
+            return only_where(Status.WARMING_UP, edge - self._front_offset)
+        self._follow(sighting)
         return self._answer(too_few)
 
     def state(self) -> dict[str, Any]:

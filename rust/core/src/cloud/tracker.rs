@@ -85,10 +85,7 @@ impl Body {
     fn check(&self, newest: Option<f64>) -> Result<(), Error> {
         let wrong = |problem: &str| Err(Error::new("state", problem));
         let cells = || self.sightings.iter().flat_map(|sighting| &sighting.profile.cells);
-        let numbers = cells().flat_map(|cell| [cell.count, cell.x, cell.z]);
-        let sighted = self.sightings.iter().flat_map(|sighting| [sighting.stamp, sighting.edge]);
-        let trend = self.trend.iter().flat_map(|trend| [trend.distance, trend.closing_speed, trend.variance]);
-        if !numbers.chain(sighted).chain(trend).all(f64::is_finite) {
+        if !self.sightings.iter().all(is_finite) {
             return wrong("must hold finite numbers");
         }
         let later = |pair: &[Sighting]| pair[0].stamp < pair[1].stamp;
@@ -96,8 +93,8 @@ impl Body {
         if self.sightings.len() > MOST || !self.sightings.windows(2).all(later) || last > newest {
             return wrong(&format!("must hold at most {MOST} sightings of a body, oldest first, none after its stamp"));
         }
-        if self.trend.is_some_and(|trend| self.sightings.is_empty() || trend.variance < 0.0) {
-            return wrong("must hold the sightings of a trend, and a variance of at least 0");
+        if self.trend.is_some_and(|trend| self.sightings.is_empty() || !is_possible(&trend)) {
+            return wrong("must hold the sightings of a trend, which is finite, with a variance of at least 0");
         }
         let ordered = |sighting: &Sighting| {
             let place = |cell: &Cell| (cell.column, cell.level);
@@ -139,8 +136,19 @@ impl Body {
         let excess = self.sightings.len().saturating_sub(MOST);
         self.sightings.drain(..excess);
         let enough = self.sightings.len() >= ENOUGH;
-        self.trend = enough.then(|| trend(&self.sightings, range_noise)).flatten();
+        self.trend = enough.then(|| trend(&self.sightings, range_noise)).flatten().filter(is_possible);
     }
+}
+
+/// Whether all numbers of a sighting are finite: sums of coordinates near the largest number overflow.
+fn is_finite(sighting: &Sighting) -> bool {
+    let cells = sighting.profile.cells.iter().flat_map(|cell| [cell.count, cell.x, cell.z]);
+    cells.chain([sighting.stamp, sighting.edge]).all(f64::is_finite)
+}
+
+/// Whether a trend can be: squares of coordinates beyond 1e154 overflow.
+fn is_possible(trend: &Trend) -> bool {
+    trend.distance.is_finite() && trend.closing_speed.is_finite() && trend.variance.is_finite() && trend.variance >= 0.0
 }
 
 /// Follows the nearest body ahead, and never two at once.
@@ -207,7 +215,11 @@ impl CloudTracker {
             Detection::TooFew => found.nearest_x,
         };
         let profile = profile(points, &gate, edge, &method, level);
-        self.follow(Sighting { stamp, edge, profile });
+        let sighting = Sighting { stamp, edge, profile };
+        if !is_finite(&sighting) {
+            return Ok(TrackedTtc::only_where(Status::WarmingUp, edge - self.settings.front_offset));
+        }
+        self.follow(sighting);
         Ok(self.answer(found.detection == Detection::TooFew))
     }
 
