@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import inspect
 import math
 import pickle
@@ -70,6 +71,10 @@ def example(module: Any, name: str) -> Any:
         "RoadFit": module.fit_road(np.ones((12, 3))),
         "TrackedTTC": module.CloudTracker().update(np.ones((12, 3)), 0.0),
     }[name]
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    assert ttc_fast.__version__ == importlib.metadata.version("ttc-fast")
 
 
 def test_the_same_names() -> None:
