@@ -1,7 +1,7 @@
 """The two signs of a speed along a beam, each with its own name.
 
 ``closing_speed`` is positive when approaching, ``range_rate`` is dr/dt and positive when opening. The classic formulae
-of courses and papers differ in whose velocity they project; both are here so that nobody has to flip a sign by hand.
+of courses and papers differ in whose velocity they project. Both are here, so that no sign has to be flipped by hand.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 def closing_speed_from_ego_velocity(speed: ArrayLike, angle: ArrayLike) -> Any:
-    """Speed at which a car driving straight closes along a beam: ``speed * cos(angle)``.
+    """Return the speed at which a car driving straight closes along a beam: ``speed * cos(angle)``.
 
     Parameters
     ----------
     speed : array_like
-        Of the car, forward, m/s; negative when reversing. Odometry without a sign would take reversing for driving
-        forward.
+        Forward speed of the car, m/s; negative when reversing. Odometry without a sign would take reversing for
+        driving forward.
     angle : array_like
-        Of the beam, counter-clockwise from straight ahead, rad.
+        Direction of the beam, counter-clockwise from straight ahead, rad.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def closing_speed_from_ego_velocity(speed: ArrayLike, angle: ArrayLike) -> Any:
 
     Notes
     -----
-    The projection of the sensor's velocity on the beam [rigid-body kinematics].
+    This is the projection of the sensor's velocity on the beam [rigid-body kinematics].
 
     Examples
     --------
@@ -47,14 +47,15 @@ def closing_speed_from_ego_velocity(speed: ArrayLike, angle: ArrayLike) -> Any:
 
 
 def range_rate_from_target_velocity(velocity: ArrayLike, angle: ArrayLike) -> Any:
-    """Rate of the range to a target: ``velocity * cos(angle)``, with angle 0 moving straight away.
+    """Return the rate of the range to a target: ``velocity * cos(angle)``, with angle 0 moving straight away.
 
     Parameters
     ----------
     velocity : array_like
-        Of the target relative to the sensor, m/s.
+        Speed of the target relative to the sensor, m/s.
     angle : array_like
-        Between the target's velocity and the beam, rad: 0 moves away along the beam, pi comes straight at the sensor.
+        Angle between the target's velocity and the beam, rad. At 0 the target moves away along the beam, at pi it comes
+        straight at the sensor.
 
     Returns
     -------
@@ -63,7 +64,7 @@ def range_rate_from_target_velocity(velocity: ArrayLike, angle: ArrayLike) -> An
 
     Notes
     -----
-    The course's ``r_dot = Vx cos(theta)`` read as it is written: the *target's* velocity along the beam [F1TENTH
+    This is the course's ``r_dot = Vx cos(theta)`` as it is written: the *target's* velocity along the beam [F1TENTH
     lecture].
 
     Examples

@@ -1,4 +1,4 @@
-"""What stands beside every time-to-collision."""
+"""The enums that say what a time-to-collision, a cloud or a road fit means."""
 
 from enum import IntEnum
 
@@ -8,27 +8,27 @@ class Status(IntEnum):
 
     A float cannot say whether nothing is there or nothing was seen, so a status stands beside it. The values are fixed;
     in arrays they are uint8. When several hold, the largest wins, except that CONTACT outranks TOO_FEW, and in trackers
-    and ``ttc_from_clouds`` WARMING_UP as well: where something touches, that is the more urgent news.
+    and ``ttc_from_clouds`` also WARMING_UP: contact is the more urgent news.
 
     Attributes
     ----------
     CLEAR
-        Looked, and there is nothing to hit.
+        The sensor looked, and there is nothing to hit.
     NOT_CLOSING
-        Something is there and does not come closer; the TTC is infinite.
+        Something is there and does not come closer. The TTC is infinite.
     CLOSING
         Something comes closer.
     CONTACT
-        Something touches or is inside the outline. Its own TTC is 0 while closing and infinite while opening; something
-        else may come closer all the same and decide the TTC of the whole.
+        Something touches the outline or is inside it. Its own TTC is 0 while closing and infinite while opening.
+        Something else may come closer at the same time and decide the TTC of the frame.
     TOO_FEW
-        Fewer points than the estimator needs.
+        There are fewer points than the estimator needs.
     WARMING_UP
-        Too few frames so far.
+        There were too few frames so far.
     LOST
-        The target was there and is not any more. Trackers give it.
+        The target was there and is not there any more. Only trackers give it.
     STALE
-        The newest data are too old. Trackers give it.
+        The newest data are too old. Only trackers and range rates give it.
     NO_DATA
         Nothing valid was seen.
     INVALID
@@ -59,7 +59,7 @@ class Detection(IntEnum):
     Attributes
     ----------
     FOUND
-        Something is ahead, and the estimator vouches for it.
+        Something is ahead, with enough candidates for the estimator.
     CLEAR
         There are valid points, and none inside the gate.
     TOO_FEW
@@ -86,9 +86,9 @@ class RoadStatus(IntEnum):
     Attributes
     ----------
     FOUND
-        There is one.
+        There is a road.
     NOT_FOUND
-        There are valid points, and no plane among them passes for a road.
+        There are valid points, and no plane through them can be a road.
     NO_DATA
         There is no valid point at all.
 

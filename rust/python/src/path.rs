@@ -359,8 +359,7 @@ fn each<T: Real, R: Send>(
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct NearestPoint(pub path::NearestPoint);
 
-/// ``NearestPoint`` of a batch: each field is an array of shape (B,), and ``batch[i]`` is the ``NearestPoint`` of one
-/// cloud.
+/// ``NearestPoint`` of a batch: each field is an array of shape (B,), and ``batch[i]`` is that of one cloud.
 #[pyclass(frozen, sequence, module = "ttc_fast")]
 pub struct NearestPointBatch(pub Vec<path::NearestPoint>);
 
