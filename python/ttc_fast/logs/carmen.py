@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ttc_fast.logs.files import open_text
+from ttc_fast.logs.files import kind_of_file, open_text
 from ttc_fast.logs.log import LogError, ReadErrors, ScanFrame, Scanner
 from ttc_fast.logs.motion import Odometer, Pose
 from ttc_fast.logs.options import SCANNER
@@ -140,7 +140,10 @@ class CarmenLog:
             errors.raise_if_any(0)
             has = ", ".join([word for word in found if word.isascii() and word.isupper()][:9]) or "other words"
             problem = f"has no {' or '.join(LASERS[:3])} lines: it is no CARMEN log, or one without scans"
-            raise LogError(self.path, f"{problem}; its lines begin with {has}")
+            other = "" if self.path.suffix.lower() == ".gz" else kind_of_file(self.path)
+            raise LogError(
+                self.path, f"{problem}; it is {other}" if other else f"{problem}; its lines begin with {has}"
+            )
         chosen = lasers[0]
         said = [f"beams over half a turn, up to {RANGE_MAX} m"] if chosen in UNSAID else []
         others = [laser for laser in lasers if laser in BEHIND]

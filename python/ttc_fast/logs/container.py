@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, Protocol
 
+from ttc_fast.logs.files import kind_of
 from ttc_fast.logs.log import LogError
 
 if TYPE_CHECKING:
@@ -69,7 +70,9 @@ def opened(path: Path, magic: bytes, kind: str) -> Iterator[BinaryIO]:
         with path.open("rb") as file:
             start = file.read(len(magic))
             if start != magic:
-                raise LogError(path, f"is no {kind}: it must begin with {magic!r}, got {start!r}")
+                other = kind_of(start + file.read(64))
+                got = f"but {other}" if other else f"or is damaged: it must begin with {magic!r}, got {start!r}"
+                raise LogError(path, f"is no {kind}, {got}")
             yield file
     except OSError as error:
         raise LogError(path, f"cannot be opened: {error.strerror or error}") from error

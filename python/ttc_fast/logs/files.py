@@ -22,6 +22,50 @@ DAMAGED_GZIP = (EOFError, zlib.error, gzip.BadGzipFile)
 SURELY_UNPACKED, MOST_RATIO = 1 << 28, 100  # bytes, and unpacked over packed
 
 
+BEGINNINGS = {
+    b"version https://git-lfs": "a pointer of Git LFS, in whose place git lfs pull puts the file",
+    b"<!doctype html": "a web page, perhaps of a download that failed",
+    b"<html": "a web page, perhaps of a download that failed",
+    b"\0\5\x16\7": "what macOS keeps beside a file",
+    b"#rosbag v2.0": "a ROS 1 bag (.bag)",
+    b"#rosbag v": "a ROS 1 bag of an old version, which rosbag fix converts",
+    b"\x89mcap0": "an MCAP file (.mcap)",
+    b"sqlite format 3": "an SQLite database (.db3)",
+    b"# .pcd": "a PCD cloud (.pcd)",
+    b"ply\n": "a PLY cloud",
+    b"ply\r": "a PLY cloud",
+    b"lasf": "a LAS cloud",
+    b"\x89hdf": "an HDF5 file",
+    b"\x93numpy": "a single NumPy array (.npy)",
+    b"pk\3\4": "a zip archive (.zip, .npz, .xlsx)",
+    b"\x1f\x8b": "compressed by gzip (.gz)",
+    b"bzh": "compressed by bzip2 (.bz2)",
+    b"\x28\xb5\x2f\xfd": "compressed by zstd (.zst)",
+    b"\xfd7zxz": "compressed by xz (.xz)",
+    b"7z\xbc\xaf": "a 7z archive",
+}
+"""The first bytes of files, in lower case, and what they are, for people."""
+
+
+def kind_of(begin: bytes) -> str:
+    """Say what a file is by its first bytes, for people; empty if that is not known.
+
+    Examples
+    --------
+    >>> from ttc_fast.logs.files import kind_of
+    >>> kind_of(b"#ROSBAG V2.0"), kind_of(b"hello")
+    ('a ROS 1 bag (.bag)', '')
+    """
+    begin = begin[:64].lower()
+    return next((kind for start, kind in BEGINNINGS.items() if begin.startswith(start)), "")
+
+
+def kind_of_file(path: Path) -> str:
+    """Say what a file is by its first bytes, for people; empty if that is not known."""
+    with path.open("rb") as file:
+        return kind_of(file.read(64))
+
+
 def files_in(folder: Path) -> list[Path]:
     """Return the files of a folder, in the order of their names.
 

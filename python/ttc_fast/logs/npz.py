@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.files import most_unpacked
+from ttc_fast.logs.files import kind_of_file, most_unpacked
 from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ScanFrame, Scanner
 from ttc_fast.logs.options import LIDAR, SCANNER
 
@@ -213,7 +213,9 @@ def _load(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
     except OSError as error:
         raise LogError(path, f"cannot be opened: {error.strerror or error}") from error
     except Exception as error:  # a damaged directory raises whatever zipfile and NumPy meet
-        raise LogError(path, f"is not a NumPy archive, or is damaged: it {UNREADABLE}") from error
+        other = kind_of_file(path)
+        got = f"but {other}" if other and not other.startswith("a zip") else f"or is damaged: it {UNREADABLE}"
+        raise LogError(path, f"is not a NumPy archive, {got}") from error
 
 
 def _check_sizes(path: Path, archive: zipfile.ZipFile | None) -> None:

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ttc_fast.logs.cloud_files import CloudFormat
-from ttc_fast.logs.files import read_content
+from ttc_fast.logs.files import kind_of, read_content
 from ttc_fast.logs.log import REPAIR, Lidar, LogError
 
 if TYPE_CHECKING:
@@ -65,7 +65,9 @@ def read_pcd(frame: Path) -> NDArray[Any]:
     content = read_content(frame)
     header, start = _header(content)
     if "DATA" not in header or not ("FIELDS" in header or "COLUMNS" in header):
-        raise LogError(frame, "is not a PCD file, or is damaged: its first lines have no FIELDS or no DATA")
+        other = kind_of(content)
+        got = f"but {other}" if other else f"or is damaged: its first lines have no FIELDS or no DATA; {REPAIR}"
+        raise LogError(frame, f"is not a PCD file, {got}")
     try:
         fields, count = _fields(header), _count(header)
     except ValueError as error:

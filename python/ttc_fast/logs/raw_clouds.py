@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ttc_fast.logs.cloud_files import CloudFormat
-from ttc_fast.logs.files import read_content
+from ttc_fast.logs.files import kind_of, read_content
 from ttc_fast.logs.log import Lidar, LogError
 
 if TYPE_CHECKING:
@@ -49,12 +49,16 @@ def read_rows(frame: Path, names: tuple[str, ...], dataset: str) -> NDArray[np.f
     content, row = read_content(frame), 4 * len(names)
     rows = f"rows of {row} bytes (float32 {', '.join(names)})"
     if len(content) % row:
-        raise LogError(frame, f"has {len(content)} bytes, not whole {rows}: cut short, or not a {dataset} frame")
+        other = kind_of(content)
+        got = f"it is {other}" if other else f"cut short, or not a {dataset} frame"
+        raise LogError(frame, f"has {len(content)} bytes, not whole {rows}: {got}")
     points: NDArray[np.float32] = np.frombuffer(content, "<f4").reshape(-1, len(names))
     odd = _odd_share(points)
     if odd > ODD_SHARE:
         problem = f"is no {dataset} frame: read as {rows}, {odd:.0%} of them are no places that a lidar sees"
-        raise LogError(frame, f"{problem}; record it as a bag, or convert it to .pcd")
+        other = kind_of(content)
+        how = f"it is {other}" if other else "record it as a bag, or convert it to .pcd"
+        raise LogError(frame, f"{problem}; {how}")
     return points
 
 

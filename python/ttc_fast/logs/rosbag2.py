@@ -15,7 +15,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 from ttc_fast.logs.container import Topic, plain_type
-from ttc_fast.logs.files import files_in, most_unpacked, unpacked_name
+from ttc_fast.logs.files import files_in, kind_of_file, most_unpacked, unpacked_name
 from ttc_fast.logs.log import REPAIR, LogError, need
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.stamps import natural
@@ -59,9 +59,10 @@ class Database:
             if self._has("-wal"):
                 problem = f"cannot be read together with {path.name}-wal beside it, which has its last messages"
                 raise LogError(path, f"{problem}; copy both to a folder that can be written to") from error
-            raise LogError(
-                path, f"is no rosbag2 database, or is damaged: its topics cannot be read; {REPAIR}"
-            ) from error
+            other = kind_of_file(path)
+            damaged = not other or other.startswith("an SQLite")
+            got = f"or is damaged: its topics cannot be read; {REPAIR}" if damaged else f"but {other}"
+            raise LogError(path, f"is no rosbag2 database, {got}") from error
         if not all(isinstance(number, int) and isinstance(name, str) for number, name, *_ in rows):
             raise LogError(path, "is a damaged rosbag2 database: its topics have no names")
         self._names = {number: name for number, name, _, form in rows if form == "cdr"}

@@ -13,7 +13,7 @@ import itertools
 import math
 from typing import TYPE_CHECKING
 
-from ttc_fast.logs.files import open_text
+from ttc_fast.logs.files import kind_of_file, open_text
 from ttc_fast.logs.log import DistanceFrame, LogError, ReadErrors
 from ttc_fast.logs.stamps import stamp_in
 
@@ -59,6 +59,9 @@ class DistanceTable:
         self._speed = options.speed
         self.clock = f"column {self._stamp_column}" if self._stamp_column else f"{options.rate:g} frames a second"
         header = next(self._lines(ReadErrors(path)), (0, []))[1]
+        other = kind_of_file(path)
+        if other:
+            raise LogError(path, f"is no table, but {other}")
         fixes = {self.column: "option column", self._stamp_column: "option stamp_column, or say the rate"}
         for name, fix in fixes.items():
             if name is not None and name not in header:
