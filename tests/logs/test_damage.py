@@ -129,10 +129,11 @@ def test_a_wrong_bit_in_a_range_is_found_by_the_checksum(tmp_path: Path) -> None
 
 def test_losses_are_counted_not_listed(tmp_path: Path) -> None:
     items = [Scan(i / 10, i / 10, angle_min=-1.5 if i == 0 else -1.0) for i in range(100)]
-    frames, said = read(write(tmp_path, "bag", items))
+    path = write(tmp_path, "bag", items)
+    frames, said = read(path)
     assert len(frames) == 1
     assert "and 96 more. The 1 frames that could be read were given" in said
-    assert len(said) < 600
+    assert len(said) - len(str(path)) < 600
 
 
 @pytest.mark.parametrize("kind", KINDS)
