@@ -203,29 +203,21 @@ class BagClouds(_BagLog):
     def __init__(self, source: _Source, options: LogOptions) -> None:
         super().__init__(source)
         self.lidar = options.applied(Lidar(sensor_height=None), LIDAR)
-        self._odd: dict[str, tuple[int, str]] = {}
 
     def __iter__(self) -> Iterator[CloudFrame]:
         errors, frames = ReadErrors(self.path), 0
-        self._odd, self.assumed = {}, ""
+        self.odd = Tally()
         for stamp, message, odometer in self._source.read(errors):
             try:
                 points, oddities = read_pointcloud2(message)
             except (ValueError, TypeError) as error:
                 errors.add(f"the cloud at {stamp:.3f} s: {error}")
                 continue
-            if oddities:
-                self._note(oddities)
+            for part, text in oddities.items():
+                self.odd.count(f"{self._source.topic.name}, {part}", text)
             frames += 1
             yield CloudFrame(stamp, points, *odometer.at(stamp))
         errors.raise_if_any(frames)
-
-    def _note(self, oddities: dict[str, str]) -> None:
-        """Count what is odd about a message that could be read all the same; keep what was said of the first one."""
-        for part, text in oddities.items():
-            count, first = self._odd.get(part, (0, text))
-            self._odd[part] = count + 1, first
-        self.assumed = "; ".join(f"in {count} clouds, {first}" for count, first in self._odd.values())
 
 
 def _unordered(topic: str, seconds: float, path: Path) -> str:

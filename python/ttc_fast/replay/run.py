@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ttc_fast.brake import Reason
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
 from ttc_fast.replay.pipelines import Clouds, Distances, Scans
@@ -186,6 +184,7 @@ class Replay:
         self.pipeline: Any = kind(self.log, settings)
         self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
         self.summary = Summary(str(self.log.path), self.threshold, settings.sensor_timeout)
+        self.summary.assumed = self.log.assumed
         self.series = Series()
         self.key_frame: tuple[Row, Any] | None = None
 
@@ -208,17 +207,16 @@ class Replay:
             summary.lost = str(error)
             raise
         except ValueError as error:  # such as a gate that bounds an intensity that the clouds lack
-            lost = LogError(self.log.path, f"frame {summary.frames}: {error}{_about(frame, self.log.assumed)}")
+            why = "; ".join([str(error), *_fields(frame), *self._odd()])
+            lost = LogError(self.log.path, f"frame {summary.frames}: {why}")
             summary.lost = str(lost)
             raise lost from error
         finally:
-            summary.assumed = self.log.assumed
             series.end()
             key_frame = summary.end()
             if key_frame is not None:
                 self.key_frame = key_frame, frame
-            odd = getattr(self.log, "odd", None)
-            summary.odd = [] if odd is None else odd.sentences()
+            summary.odd = self._odd()
             controller = pipeline.controller
             summary.stale, summary.longest_gap, summary.resets = (
                 controller.stale,
@@ -226,13 +224,19 @@ class Replay:
                 controller.resets,
             )
 
+    def _odd(self) -> list[str]:
+        """Return what was odd about the messages so far, where the log counts it."""
+        odd = getattr(self.log, "odd", None)
+        return [] if odd is None else odd.sentences()
+
     @property
     def braked(self) -> bool:
         """Whether the key frame is one of braking."""
         return self.key_frame is not None and self.key_frame[0].reason is Reason.CRITERION
 
 
-def _about(frame: Any, odd: str) -> str:
-    """Name the fields that the points of a frame have, and say what was odd so far."""
-    names = getattr(getattr(frame, "points", None), "dtype", np.dtype(float)).names
-    return "".join([f"; its fields are {', '.join(names)}" if names else "", f"; {odd}" if odd else ""])
+def _fields(frame: Any) -> list[str]:
+    """Name the fields that the points of a frame have, where they have names."""
+    points = getattr(frame, "points", None)
+    names = None if points is None else points.dtype.names
+    return [f"its fields are {', '.join(names)}"] if names else []

@@ -88,9 +88,9 @@ impl<'py> Cloud<'py> {
 
     /// Records with fields x, y, z, and perhaps intensity.
     fn of_records(argument: &str, array: &Array<'py>) -> PyResult<Self> {
-        let names: Vec<String> = array.dtype().getattr("names")?.extract()?;
+        let names = array.dtype().getattr("names")?;
         let mut fields = vec!["x", "y", "z"];
-        if names.iter().any(|name| name == "intensity") {
+        if names.contains("intensity")? {
             fields.push("intensity");
         }
         let missing = |_| {
@@ -209,9 +209,13 @@ impl<'py> Frames<'py> {
 
     /// Records with fields x and y, and perhaps z.
     fn of_records(argument: &str, array: &Array<'py>) -> PyResult<Self> {
-        let names: Vec<String> = array.dtype().getattr("names")?.extract()?;
-        let fields: Vec<&str> =
-            ["x", "y", "z"].into_iter().filter(|field| names.iter().any(|name| name == field)).collect();
+        let names = array.dtype().getattr("names")?;
+        let mut fields = Vec::with_capacity(3);
+        for field in ["x", "y", "z"] {
+            if names.contains(field)? {
+                fields.push(field);
+            }
+        }
         if !fields.starts_with(&["x", "y"]) {
             return Err(PyValueError::new_err(format!(
                 "{argument} must be records with fields x and y, got {names:?}; pass a tuple of columns to use other fields"
