@@ -1,4 +1,4 @@
-"""The kernels against the NumPy reference, in one process and in turns, with their answers compared first."""
+"""The kernels are timed against the NumPy reference, in one process and in turns, after their answers are compared."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SCANNER: dict[str, Any] = {
     "outline": (-0.1, 0.4, -0.15, 0.15),
 }
 CLOUD = {"gate": Gate(x=(2.0, 60.0), z=(-1.5, 0.3)), "estimator": KthSmallest(20)}
-RTOL = 1e-6  # of per_beam, which is computed in float32
+RTOL = 1e-6  # between the answers of per_beam, which is computed in float32
 TURN = 5e-3  # s that one side gets before the other's turn
 
 
@@ -36,7 +36,7 @@ class AnswersDifferError(Exception):
 
 
 class Case(NamedTuple):
-    """One call, of both sides.
+    """One call of both sides.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Case(NamedTuple):
     fast, reference : callable
         The call, without arguments.
     size : int
-        Beams or points of the input.
+        Number of beams or points of the input.
     agree : bool
         Whether both sides gave the same answer.
     """
@@ -58,7 +58,17 @@ class Case(NamedTuple):
 
 
 class Timing(NamedTuple):
-    """Medians over all turns of one call, s, on an input of so many beams or points."""
+    """The times of one call.
+
+    Attributes
+    ----------
+    name : str
+        What is called.
+    fast, reference : float
+        The median over all turns of each side, s.
+    size : int
+        Number of beams or points of the input.
+    """
 
     name: str
     fast: float
@@ -72,16 +82,16 @@ def compare(beams: int = 1080, points: int = 100_000, rounds: int = 50) -> list[
     Parameters
     ----------
     beams : int
-        Of a float32 scan over 270 degrees.
+        Number of beams of a float32 scan over 270 degrees.
     points : int
-        Of a float32 cloud.
+        Number of points of a float32 cloud.
     rounds : int
-        Turns for each side.
+        Number of turns of each side.
 
     Returns
     -------
     list of Timing
-        For each of ``METHODS`` of ``ScanTTC``, and for ``robust_min_x``.
+        One for each of ``METHODS`` of ``ScanTTC``, and one for ``robust_min_x``.
 
     Raises
     ------
@@ -101,9 +111,9 @@ def report(timings: list[Timing], console: Console) -> None:
     Parameters
     ----------
     timings : list of Timing
-        What ``compare`` gave.
+        The result of ``compare``.
     console : Console
-        Where to.
+        Where the table is printed.
     """
     table = Table(box=None, header_style="bold", pad_edge=False)
     table.add_column("")
@@ -127,7 +137,7 @@ def _scan_cases(beams: int) -> Iterator[Case]:
 
 
 def _agreement(fast: ttc_fast.ScanTTC, slow: reference.ScanTTC, ranges: NDArray[np.float32]) -> dict[str, bool]:
-    """Compare what the two sides say, for each of ``METHODS``."""
+    """Return whether the two sides agree, for each of ``METHODS``."""
     near, far = fast.nearest(ranges, *MOTION), slow.nearest(ranges, *MOTION)
     status, expected_status = np.empty((2, len(ranges)), np.uint8)
     per_beam = fast.per_beam(ranges, *MOTION, status_out=status)
@@ -154,7 +164,7 @@ def _call(function: Callable[..., Any], *arguments: Any, **settings: Any) -> Cal
 
 
 def _scan(beams: int) -> NDArray[np.float32]:
-    """Make a scan with every kind of reading; seeded, so that every run times the same one."""
+    """Return a scan with every kind of reading; it is seeded, so that every run times the same one."""
     rng = np.random.default_rng(1)
     ranges = rng.uniform(1.0, 12.0, beams).astype(np.float32)
     kind = rng.random(beams)
@@ -165,7 +175,7 @@ def _scan(beams: int) -> NDArray[np.float32]:
 
 
 def _cloud(points: int) -> NDArray[np.float32]:
-    """Make rows of x, y, z, intensity all around, on the road and above it; seeded as well."""
+    """Return rows of x, y, z, intensity all around, on the road and above it; they are seeded as well."""
     rng = np.random.default_rng(1)
     angle, distance = rng.uniform(-np.pi, np.pi, points), rng.uniform(2.5, 60.0, points)
     x, y = distance * np.cos(angle), distance * np.sin(angle)
@@ -182,7 +192,7 @@ def _time(case: Case, rounds: int) -> Timing:
 
 
 def _turn(call: Callable[[], Any], calls: int) -> float:
-    """Call so many times, and return the seconds of one."""
+    """Return the time of one of several calls, s."""
     start = time.perf_counter()
     for _ in range(calls):
         call()

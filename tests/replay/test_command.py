@@ -348,7 +348,7 @@ def test_a_terminal_sees_the_last_rows_and_a_bar_meanwhile(monkeypatch: pytest.M
     shown = io.StringIO()
     console = Console(file=shown, force_terminal=True, width=100, highlight=False)
     monkeypatch.setattr(terminal, "TICK", 0.0)
-    assert len(list(terminal.watch(Replay(SCANS), console))) == len(ROWS)
+    assert len(list(terminal.show_live(Replay(SCANS), console))) == len(ROWS)
     said = re.sub(r"\x1b\[[^a-zA-Z]*[a-zA-Z]", "", shown.getvalue())
     assert "approach.npz" in said
     assert f"129/{len(ROWS)}" in said

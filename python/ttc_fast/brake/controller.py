@@ -73,47 +73,50 @@ BETWEEN_FRAMES, IGNORED, BLIND, UNKNOWN = Assessed(None), Assessed(INVALID), Ass
 
 
 class BrakeController:
-    """Decides when to brake, and says why. No clock, no I/O: the same inputs give the same decisions, to the bit.
+    """Decides when to brake, and says why.
+
+    It has no clock and does no I/O: the same inputs give the same decisions, to the bit. Several threads may use one
+    controller; a call waits for the one before. A call that raises changes nothing.
 
     Parameters
     ----------
     criteria : sequence of criteria, optional
-        Any of them may trigger. By default ``SweptPathThreshold(1.5)`` and ``StoppingDistance()`` where there is an
-        outline, else ``IttcThreshold(1.5)`` and ``StoppingDistance()``.
+        The criteria, any of which may trigger. The default is ``SweptPathThreshold(1.5)`` and ``StoppingDistance()``
+        where there is an outline, else ``IttcThreshold(1.5)`` and ``StoppingDistance()``.
     scan : ScanTTC, optional
-        How ``ranges`` are read. With an outline its beams are judged along the vehicle's path as well.
+        The scanner that reads ``ranges``. With an outline, its beams are assessed along the vehicle's path as well.
     path : SweptPath, optional
-        How ``points`` are read. With neither ``scan`` nor ``path``, each ``estimate`` is a frame of its own, judged by
-        ``EstimateThreshold(1.5)`` and ``StoppingDistance()``.
+        The path that reads ``points``. With neither ``scan`` nor ``path``, each ``estimate`` is a frame, and the
+        default criteria are ``EstimateThreshold(1.5)`` and ``StoppingDistance()``.
     range_rate : RangeRate, optional
-        Tells closing speeds without odometry; sees each frame, so that it is warm when odometry fails.
+        It gives the closing speeds when there is no odometry. It takes up every frame, so that it is warm then.
     time_increment : float, default 0.0
-        Between the beams of a scan, s, as in ``sensor_msgs/LaserScan``; each beam's own age is taken off its TTC.
+        Time between two beams of a scan, s, as in ``sensor_msgs/LaserScan``. The age of each beam is taken off its TTC.
     horizon : float, default 5.0
-        How far ahead the path of ``scan`` looks, s; ``path`` has its own.
+        The path of ``scan`` is looked at this far ahead, s; ``path`` has its own horizon.
     trigger : (int, int), default (3, 4)
-        N of M: how many of the last frames have to trigger before it brakes.
+        (N, M): the controller brakes when N of the last M frames trigger.
     release : (int, int), default (3, 5)
-        N of M: how many of the last frames have to be clear before it lets go.
+        (N, M): the controller lets go when N of the last M frames are clear.
     warn_at : float, default 1.5
-        Warns below this multiple of a criterion's threshold; at least 1.
+        The controller warns below this multiple of a criterion's threshold; at least 1.
     release_at : float, default 1.25
-        A frame is clear at this multiple of every threshold, or more; at least 1.
+        A frame is clear from this multiple of every threshold on; at least 1.
     hold : float, default 0.5
-        How long it brakes at least after the last frame that triggered, s.
+        A brake is held at least this long after the last frame that triggered, s.
     deceleration : float, default 6.0
-        What to brake with, m/s^2, above 0: what a decision to brake asks for.
+        A decision to brake asks for this deceleration, m/s^2, above 0.
     standstill_speed : float, default 0.05
-        Below it the vehicle stands, m/s. A braked vehicle that stands sees nothing come closer: it is released only
-        when what it would go on with (``commanded``, else the motion it braked from) is clear.
+        Below this speed the vehicle stands, m/s. A braked vehicle that stands sees nothing come closer. It is released
+        only when the motion that it would continue with (``commanded``, else the one it braked from) is clear.
     sensor_timeout : float, default 0.3
-        The age from which sensor data are too old to be safe, s.
+        Sensor data of this age are too old to be safe, s.
     motion_timeout : float, default 0.5
-        The age from which odometry is not used any more, s.
+        Odometry of this age is not used any more, s.
     min_returns : int, default 0
-        With fewer valid readings (``counts.valid``) a frame is blind. One without a valid reading always is.
+        With fewer valid readings (``counts.valid``) a frame is blind. A frame without a valid reading always is.
     when_blind : Command, default Command.BRAKE
-        What to do when sensor data are missing, too old or blind, or no closing speed can be told: BRAKE or WARN.
+        The command when sensor data are missing, too old or blind, or no closing speed is known: BRAKE or WARN.
 
     Raises
     ------
@@ -124,7 +127,7 @@ class BrakeController:
 
     Notes
     -----
-    An estimate (``estimate``) may add a brake and never takes one away.
+    An ``estimate`` beside a scan or a cloud may add a brake and never takes one away.
 
     Examples
     --------
@@ -203,33 +206,33 @@ class BrakeController:
         override: bool = False,
         time_increment: float | None = None,
     ) -> Decision:
-        """Decide, with whatever is new.
+        """Decide with what is new.
 
         Call it for each frame, and between frames as often as the watchdog is to look. What is not given stays as it
-        was, and ages.
+        was, and grows older.
 
         Parameters
         ----------
         now : float
-            The time, s, of the clock of all stamps.
+            The time, s, by the clock of all stamps.
         ranges : ndarray, shape (beams,), optional
             A scan, as ``scan`` reads it, m.
         points : array_like, shape (N, 2 or more), optional
             A cloud in the vehicle's frame, as ``path`` reads it, m.
         stamp : float, optional
-            When they were measured, s: of a scan's first beam. Needed with either. Frames whose stamp is not newer than
-            the last one's, or lies more than 0.1 s in the future, are counted and ignored.
+            Time of the measurement, s; for a scan that of the first beam. Scans and clouds need it. A frame whose stamp
+            is not newer than the last one's, or lies more than 0.1 s in the future, is counted and ignored.
         motion : Motion, optional
             Odometry.
         estimate : Estimate, optional
-            An estimate.
+            What a tracker or a camera estimates.
         commanded : Motion or float, optional
             What the vehicle would do if it were not braked; a float is its speed, straight ahead.
         override : bool, default False
-            The driver took over: no command, as long as this is given.
+            Whether the driver took over. As long as he does, the command is NONE.
         time_increment : float, optional
-            The time between two beams of this scan, s, where the scanner measures it anew in each; by default that of
-            the constructor.
+            Time between two beams of this scan, s, where the scanner measures it anew in each scan. The default is that
+            of the constructor.
 
         Returns
         -------
@@ -386,7 +389,7 @@ class BrakeController:
         Being slow is not being safe: the vehicle sees nothing come closer because it is braked.
         """
         if self._assessment.only_estimates:
-            return True  # nobody knows what would be estimated at another motion
+            return True  # what would be estimated at another motion is not known
         continued_motion = frame.commanded if frame.commanded is not None else self._continued_motion(frame.motion)
         if continued_motion is None:
             return True

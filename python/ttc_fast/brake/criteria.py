@@ -24,7 +24,7 @@ BRAKING = Number(unit="m/s^2", positive=True)
 
 @dataclass(frozen=True)
 class TtcThreshold(Criterion):
-    """What criteria have in common that compare a time-to-collision with a threshold."""
+    """A criterion that compares a time-to-collision with a threshold."""
 
     threshold: float = setting(1.5, TIME, "It brakes when the TTC is below this.")
 
@@ -39,17 +39,17 @@ class IttcThreshold(TtcThreshold):
     """Brake when the least iTTC of any beam is below a threshold: the classic rule of F1TENTH.
 
     It cannot see where the vehicle goes: it brakes for walls that are only passed (0.36 s beside walls 1 m away at
-    5 m/s) and late for what lies off its axis. Without odometry it judges the TTC by range rate.
+    5 m/s) and late for what lies off its axis. Without odometry it compares the TTC by range rate.
 
     Parameters
     ----------
     threshold : float, default 1.5
-        s, above 0.
+        The threshold, s, above 0.
 
     Raises
     ------
     ValueError
-        If it is not finite and above 0.
+        If the threshold is not finite and above 0.
 
     Examples
     --------
@@ -69,18 +69,18 @@ class IttcThreshold(TtcThreshold):
 class SweptPathThreshold(TtcThreshold):
     """Brake when the outline, moving on as now, touches something within a threshold.
 
-    It cannot see what moves by itself to close faster, nor that the driver is about to steer. Without odometry there is
-    no path: it judges the TTC by range rate instead.
+    It cannot see that a thing moves by itself and closes faster, nor that the driver is about to steer. Without
+    odometry there is no path, and it compares the TTC by range rate.
 
     Parameters
     ----------
     threshold : float, default 1.5
-        s, above 0.
+        The threshold, s, above 0.
 
     Raises
     ------
     ValueError
-        If it is not finite and above 0.
+        If the threshold is not finite and above 0.
 
     Examples
     --------
@@ -99,7 +99,7 @@ class SweptPathThreshold(TtcThreshold):
 
 @dataclass(frozen=True)
 class EstimateThreshold(TtcThreshold):
-    """Brake when the estimate's TTC is below a threshold.
+    """Brake when the TTC of an estimate is below a threshold.
 
     An estimate whose interval reaches infinity is not sure that anything comes closer: it may warn and never brakes.
     One in contact is 0 s away, whatever its TTC, unless it surely moves away: the interval of its closing speed, or
@@ -108,12 +108,12 @@ class EstimateThreshold(TtcThreshold):
     Parameters
     ----------
     threshold : float, default 1.5
-        s, above 0.
+        The threshold, s, above 0.
 
     Raises
     ------
     ValueError
-        If it is not finite and above 0.
+        If the threshold is not finite and above 0.
 
     Examples
     --------
@@ -138,25 +138,25 @@ class EstimateThreshold(TtcThreshold):
 class StoppingDistance(Criterion):
     """Brake when the vehicle could only just stop short of something.
 
-    ``v reaction_time + v^2 / (2 deceleration) + margin``, with v the closing speed, against the clearance. A TTC
+    It compares the clearance with ``v reaction_time + v^2 / (2 deceleration) + margin``, v the closing speed. A TTC
     threshold alone cannot stop a car that is faster than about ``2 deceleration (threshold - reaction_time)``. It
-    judges what lies on the path where there is an outline, else the nearest beam in time, and the estimate as
-    well. It takes what it sees to go on as it does, and cannot see that a car ahead may brake: for that there is
+    evaluates the nearest return on the path where there is an outline, else the nearest beam in time, and the estimate
+    as well. It takes everything to go on as it does, and cannot see that a car ahead may brake: for that there is
     ``RssDistance``.
 
     Parameters
     ----------
     deceleration : float, default 6.0
-        The vehicle's own when it brakes, m/s^2, above 0.
+        The deceleration of the vehicle when it brakes, m/s^2, above 0.
     reaction_time : float, default 0.1
-        From the decision to the brake's bite, s, at least 0.
+        The time from the decision until the brake acts, s, at least 0.
     margin : float, default 0.2
-        What is to be left when it stands, m, at least 0.
+        The distance that is left when the vehicle stands, m, at least 0.
 
     Raises
     ------
     ValueError
-        If one is not in its range.
+        If a setting is out of its range.
 
     Examples
     --------
@@ -165,8 +165,8 @@ class StoppingDistance(Criterion):
     0.2
     """
 
-    deceleration: float = setting(6.0, BRAKING, "The vehicle's own when it brakes.")
-    reaction_time: float = setting(0.1, Number(unit="s", least=0.0), "From the decision to the brake's bite.")
+    deceleration: float = setting(6.0, BRAKING, "The deceleration of the vehicle when it brakes.")
+    reaction_time: float = setting(0.1, Number(unit="s", least=0.0), "The time from the decision until the brake acts.")
     margin: float = setting(0.2, Number(unit="m", least=0.0), "The distance that is left when the vehicle stands.")
 
     name: ClassVar[str] = "StoppingDistance"
@@ -197,23 +197,23 @@ class RssDistance(Criterion):
 
     The safe distance lets the vehicle accelerate during the response time and brake gently after it, while what is
     ahead brakes as hard as it can. What the path or the beams show is taken to stand; the speed of a car ahead comes
-    from the estimate, which is judged even while the gap does not shrink. It cannot see anything lateral.
+    from the estimate, which is evaluated even while the gap does not shrink. It cannot see anything lateral.
 
     Parameters
     ----------
     response_time : float, default 0.1
-        s, at least 0.
+        The vehicle may accelerate for this long, s, at least 0.
     acceleration_max : float, default 2.0
-        The vehicle's own during the response time, m/s^2, at least 0.
+        The greatest acceleration of the vehicle during the response time, m/s^2, at least 0.
     braking_min : float, default 6.0
-        What the vehicle brakes with at least, m/s^2, above 0.
+        The deceleration with which the vehicle brakes at least, m/s^2, above 0.
     braking_max : float, default 8.0
-        What the one ahead brakes with at most, m/s^2, above 0.
+        The deceleration with which the vehicle ahead brakes at most, m/s^2, above 0.
 
     Raises
     ------
     ValueError
-        If one is not in its range.
+        If a setting is out of its range.
 
     Notes
     -----
@@ -247,10 +247,9 @@ class RssDistance(Criterion):
             nearest = self._needed(threat, threat.closing_speed, 0.0)
         if target is None or threats.speed is None:
             return nearest
-        # What touches and does not say how it moves is taken to stand.
-        closing = (
-            threats.speed if threats.estimate_in_contact and math.isnan(target.closing_speed) else target.closing_speed
-        )
+        closing = target.closing_speed
+        if threats.estimate_in_contact and math.isnan(closing):
+            closing = threats.speed  # what is in contact at an unknown speed is taken to stand
         if not math.isfinite(target.clearance + closing):
             return nearest
         estimated = self._needed(target, threats.speed, max(threats.speed - closing, 0.0))

@@ -1,4 +1,4 @@
-"""The command ``ttc-fast``: arguments in, exit codes out. Each of its commands is a file here."""
+"""The command ``ttc-fast``: arguments in, exit codes out. Each command is a file of this folder."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        Arguments; those of the process when None.
+        The arguments; None takes those of the process.
 
     Returns
     -------
     int
-        Exit code, as ``ttc-fast --help`` lists them.
+        The exit code, as ``ttc-fast --help`` lists them.
 
     Raises
     ------
     SystemExit
-        With a code of the same list: from argparse, after ``--help`` or a command line that makes no sense; from rich,
-        when nobody reads the output any more.
+        By argparse, after ``--help`` or a command line that makes no sense, and by rich, when the output is not read
+        any more; with a code of the same list.
 
     Examples
     --------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ttc_fast.cli.exits import FAILED, CommandError
-from ttc_fast.cli.numbers import positive_count
+from ttc_fast.cli.options import positive_count
 
 if TYPE_CHECKING:
     import argparse
@@ -21,14 +21,26 @@ compares it with other NumPy code and numba as well.
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add = parser.add_argument
-    add("--beams", type=positive_count, default=1080, metavar="N", help="beams of a scan (default: %(default)s)")
-    add("--points", type=positive_count, default=100_000, metavar="N", help="of a cloud (default: %(default)s)")
+    add(
+        "--beams",
+        type=positive_count,
+        default=1080,
+        metavar="N",
+        help="The number of beams of a scan (default %(default)s).",
+    )
+    add(
+        "--points",
+        type=positive_count,
+        default=100_000,
+        metavar="N",
+        help="The number of points of a cloud (default %(default)s).",
+    )
     add(
         "--rounds",
         type=positive_count,
         default=50,
         metavar="N",
-        help="turns that each side gets; medians are reported (default: %(default)s)",
+        help="The number of turns of each side, of which the medians are reported (default %(default)s).",
     )
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ttc_fast.cli import replay_options
+from ttc_fast.cli import options
 from ttc_fast.cli.replay import check, show
 
 if TYPE_CHECKING:
     import argparse
 
-SUMMARY = "replay the simulated logs that come with the package, or one of your own, and draw pictures"
+SUMMARY = "replay the simulated logs of the package, or your own, and draw pictures"
 EXTRA = "demo"
 USAGE_LINE = "ttc-fast demo [OPTION ...] [PATH ...]"
 DESCRIPTION = """\
@@ -19,34 +19,34 @@ Replay logs as ttc-fast replay does, print a table and a summary of each, and dr
 
 Without PATH these are the two simulated logs that come with the package: laser scans of a small car that brakes late
 for a parked box, and point clouds of a car that follows another one, which brakes. PATH is anything that
-ttc-fast replay reads, and the options say the same of it.
+ttc-fast replay reads, and the options are the same.
 """
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="log to replay")
-    replay_options.add(parser)
+    parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="A log to replay.")
+    options.add(parser)
     out = parser.add_argument_group("what comes out")
     out.add_argument(
         "--out",
         type=Path,
         default=Path("demo-out"),
         metavar="DIR",
-        help="folder of the pictures (default: %(default)s)",
+        help="The folder of the pictures (default %(default)s).",
     )
-    replay_options.add_rows(out)
+    options.add_rows(out)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Replay, print, draw."""
-    import matplotlib  # noqa: F401 - said before the table, if it is missing
+    import matplotlib  # noqa: F401 - if it is missing, that is said before the table is printed
 
     from ttc_fast.replay import sample
     from ttc_fast.replay.run import SAMPLES, name_of
     from ttc_fast.replay.terminal import line, open_console
 
-    settings, console = replay_options.settings(arguments), open_console()
+    settings, console = options.settings(arguments), open_console()
     for path in arguments.paths or [sample(name) for name in SAMPLES]:
         console.print(f"Replay: {name_of(path)}.\n", style="bold")
         picture = arguments.out / f"{path.resolve().name.split('.')[0]}.png"

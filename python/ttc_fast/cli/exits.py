@@ -1,12 +1,12 @@
-"""How the command ends."""
+"""The exit codes of the command, and the error that leads to one."""
 
 DONE, FAILED, USAGE, UNREADABLE, MISSING_EXTRA, PARTIAL, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
 EXTRAS = {"rich": "log", "matplotlib": "plot", "pyarrow": "parquet"}
-"""Which extra brings a package; a command may need one that brings more."""
+"""The extra that brings a package. A command may name one that brings more."""
 
 
 def install(extra: str) -> str:
-    """Say how to install an extra."""
+    """Return how an extra is installed."""
     return f"pip install 'ttc-fast[{extra}]', in a checkout: pip install '.[{extra}]'"
 
 
@@ -23,12 +23,12 @@ exit codes:
 
 
 class CommandError(Exception):
-    """Something went wrong that a person can put right."""
+    """A mistake that the user can put right, with the exit code for it."""
 
     def __init__(self, code: int, problem: str) -> None:
-        super().__init__(code, problem)  # both, so that it can be sent from one process to another
+        super().__init__(code, problem)  # both, so that it pickles: it goes from one process to another
         self.code, self.problem = code, problem
 
     def __str__(self) -> str:
-        """Say what is wrong."""
+        """Return the problem."""
         return self.problem

@@ -41,25 +41,29 @@ ADAPTERS = {
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     how = parser.add_mutually_exclusive_group(required=True)
-    how.add_argument("--ros1", dest="by", action="store_const", const="ros1", help="a node of ROS 1, by rospy")
+    how.add_argument("--ros1", dest="by", action="store_const", const="ros1", help="Be a node of ROS 1, by rospy.")
     how.add_argument(
-        "--dds", dest="by", action="store_const", const="dds", help="a participant in a ROS 2 graph, without ROS"
+        "--dds",
+        dest="by",
+        action="store_const",
+        const="dds",
+        help="Be a participant in a ROS 2 graph, without an installation of ROS.",
     )
-    how.add_argument("--rclpy", dest="by", action="store_const", const="rclpy", help="a node of ROS 2, by rclpy")
-    parser.add_argument("--config", type=Path, metavar="FILE", help="parameters of the node (.toml, .yaml)")
-    parser.add_argument("ros_arguments", nargs="*", metavar="ARGUMENT", help="for ROS, behind --")
+    how.add_argument("--rclpy", dest="by", action="store_const", const="rclpy", help="Be a node of ROS 2, by rclpy.")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="The file of the parameters (.toml, .yaml).")
+    parser.add_argument("ros_arguments", nargs="*", metavar="ARGUMENT", help="An argument for ROS, behind --.")
     lines = [f"{each.name:<19} {each.description}" for each in parameters_of_node()]
     wrapped = [textwrap.fill(line, 100, subsequent_indent=" " * 20, break_on_hyphens=False) for line in lines]
     parser.add_argument_group("parameters", textwrap.indent("\n".join(wrapped), "  "))
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Run until it is shut down."""
+    """Run the node until it is shut down."""
     name, remedy = ADAPTERS[arguments.by]
     try:
         parameters = read_parameters(arguments.config) if arguments.config else {}
         dds = _dds_settings(parameters.pop("dds", {}))
-        settings = NodeSettings.of(parameters)  # what is wrong is said before anything is waited for
+        settings = NodeSettings.of(parameters)  # a mistake in the settings is said before the node waits for anything
         try:
             adapter = import_module(f"ttc_fast.ros.{name}")
         except ModuleNotFoundError as error:
@@ -75,7 +79,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _dds_settings(table: Any) -> Any:
-    """Make the settings that only DDS has, of the table [dds]."""
+    """Make the settings that only DDS has from the table [dds]."""
     try:
         if not isinstance(table, dict):
             raise TypeError(f"must be a table of settings, got {table!r}")

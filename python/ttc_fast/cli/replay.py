@@ -1,23 +1,33 @@
-"""``ttc-fast replay``: recorded logs in, tables and pictures out, by the code that brakes."""
+"""``ttc-fast replay``: recorded logs in, tables and pictures out, by the code that brakes.
+
+One log is replayed in this process, and printed. Several logs are replayed in processes of their own, and end in a
+table with a line each.
+"""
 
 from __future__ import annotations
 
+import errno
+import multiprocessing
+import os
+import signal
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from ttc_fast.cli import replay_options
-from ttc_fast.cli.exits import PARTIAL, UNREADABLE, USAGE, CommandError
-from ttc_fast.cli.replay_log import opened, play, spare_logs
-from ttc_fast.cli.replay_many import run_many
-from ttc_fast.logs import FORMATS
+from ttc_fast.cli import options
+from ttc_fast.cli.exits import FAILED, PARTIAL, UNREADABLE, USAGE, CommandError
+from ttc_fast.configuration import ConfigurationError
+from ttc_fast.logs import FORMATS, LogError
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Iterable
 
     from rich.console import Console
 
-    from ttc_fast.replay import Replay, Settings
+    from ttc_fast.replay import Replay, Row, Settings, Summary
 
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
 USAGE_LINE = "ttc-fast replay [OPTION ...] PATH [PATH ...]"
@@ -27,8 +37,9 @@ Replay recorded logs, frame by frame, through the code that brakes on the vehicl
 {fill(f"PATH is {FORMATS}.", 118)}
 Several paths are replayed on all cores at once, and end in a table with a line each.
 
-Scans are judged by what their beams and, with an outline, the vehicle's path run into; a log that does not know the
-speed by how the ranges change. Clouds and tables of distances are tracked, and the brake judges what the tracker says.
+The brake assesses scans: what their beams or, with an outline, the path of the vehicle run into. Where a log has no
+speed, the change of the ranges gives the closing speeds. Clouds and tables of distances go through a tracker, and the
+brake evaluates its estimates.
 
   ttc-fast replay drive.bag --outline -0.1 0.4 -0.15 0.15 --plot drive.png
   ttc-fast replay drive.mcap --topic /scan --criterion IttcThreshold:threshold=0.7 --out rows.csv
@@ -39,24 +50,28 @@ speed by how the ranges change. Clouds and tables of distances are tracked, and 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="log to replay")
-    replay_options.add(parser)
+    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="A log to replay.")
+    options.add(parser)
     out = parser.add_argument_group("what comes out")
     out.add_argument(
         "--out",
         type=Path,
         metavar="FILE",
-        help="write a row for each frame, as .csv, .jsonl or .parquet; of several logs a file each, FILE with the "
-        "name of the log behind it",
+        help="Write a row for each frame as .csv, .jsonl or .parquet. Each of several logs has a file of its own, with "
+        "the name of the log behind that of FILE.",
     )
-    out.add_argument("--plot", type=Path, metavar="FILE", help="draw a picture, .png or .svg; of several logs likewise")
-    replay_options.add_rows(out)
-    out.add_argument("--jobs", type=replay_options.positive_count, metavar="N", help="processes (default: all cores)")
+    out.add_argument(
+        "--plot", type=Path, metavar="FILE", help="Draw a picture, .png or .svg; of several logs one each."
+    )
+    options.add_rows(out)
+    out.add_argument(
+        "--jobs", type=options.positive_count, metavar="N", help="Replay in at most N processes (default: all cores)."
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Replay, write, draw, print."""
-    settings = replay_options.settings(arguments)
+    """Replay one log or several."""
+    settings = options.settings(arguments)
     _check_outputs(arguments.out, arguments.plot)
     if len(arguments.paths) > 1:
         run_many(arguments.paths, settings, arguments.out, arguments.plot, arguments.jobs)
@@ -69,18 +84,18 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def show(path: Path, settings: Settings, console: Console, rows: int, out: Path | None, plot: Path | None) -> Replay:
-    """Replay one log: print its rows and its summary, write and draw it."""
-    from ttc_fast.replay.terminal import print_rows, print_summary, watch
+    """Replay one log: write its rows, draw it, and print rows and summary."""
+    from ttc_fast.replay.terminal import print_rows, print_summary, show_live
 
     played = opened(path, settings)
-    play(played, watch(played, console), out, plot)
+    play(played, show_live(played, console), out, plot)
     print_rows(played, console, rows)
     print_summary(played, console)
     return played
 
 
 def check(played: Replay) -> None:
-    """Complain if something of a log was lost."""
+    """Raise if a part of a log was lost, or it has no frames."""
     if played.summary.lost:
         raise CommandError(PARTIAL if played.summary.frames else UNREADABLE, played.summary.lost)
     if not played.summary.frames:
@@ -88,7 +103,7 @@ def check(played: Replay) -> None:
 
 
 def _check_outputs(out: Path | None, plot: Path | None) -> None:
-    """Refuse names that say no format, and find out early that a package is missing."""
+    """Raise if a name says no format, or a package that it needs is missing."""
     from ttc_fast.replay.row import WRITERS
 
     if out is not None:
@@ -101,3 +116,141 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
         if plot.suffix.lower() not in (".png", ".svg"):
             raise CommandError(USAGE, f"--plot must end in .png or .svg, got {plot}")
         import matplotlib  # noqa: F401
+
+
+def spare_logs(paths: list[Path], outs: list[Path | None]) -> None:
+    """Raise if rows would be written over a log that is to be read."""
+    for out in outs:
+        if out is not None and out.exists() and any(path.exists() and out.samefile(path) for path in paths):
+            raise CommandError(USAGE, f"{out}: is a log that is to be replayed; choose another --out")
+
+
+def opened(path: Path, settings: Settings) -> Replay:
+    """Open a log. Settings that make no sense for it are a mistake of usage."""
+    from ttc_fast.replay import Replay
+
+    try:
+        return Replay(path, settings)
+    except ConfigurationError as error:
+        raise CommandError(USAGE, f"{path}: {error}") from error
+
+
+def play(played: Replay, rows: Iterable[Row], out: Path | None, plot: Path | None) -> None:
+    """Replay to the end, write and draw. The summary says what was lost on the way."""
+    try:
+        _write(played, rows, out)
+    except OSError as error:
+        raise CommandError(FAILED, f"cannot write {out}: {error.strerror or error}; choose another --out") from error
+    if plot is not None and played.summary.frames:
+        from ttc_fast.replay.picture import save
+
+        try:
+            make_folder(plot.parent)
+            save(played, plot)
+        except OSError as error:
+            problem = f"cannot write {plot}: {error.strerror or error}; choose another place"
+            raise CommandError(FAILED, problem) from error
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those that it is in, or raise if one of them is a file."""
+    for each in (folder, *folder.parents):
+        if each.exists():
+            if not each.is_dir():
+                raise NotADirectoryError(errno.ENOTDIR, f"{each} is not a folder")
+            break
+    folder.mkdir(parents=True, exist_ok=True)
+
+
+def _write(played: Replay, rows: Iterable[Row], out: Path | None) -> None:
+    from ttc_fast.replay.row import WRITERS
+
+    try:
+        if out is None:
+            for _ in rows:
+                pass
+            return
+        make_folder(out.parent)
+        with WRITERS[out.suffix.lower()](out) as writer:
+            for row in rows:
+                writer.write(row)
+    except LogError:
+        pass  # the summary says it
+    except ConfigurationError as error:
+        raise CommandError(USAGE, f"{played.log.path}: {error}") from error
+
+
+def run_many(paths: list[Path], settings: Settings, out: Path | None, plot: Path | None, jobs: int | None) -> None:
+    """Replay several logs, and print a line for each."""
+    from ttc_fast.replay.terminal import open_console, print_summaries
+
+    outs, plots = each_of(out, paths), each_of(plot, paths)
+    spare_logs(paths, outs)
+    jobs = min(jobs or os.cpu_count() or 1, len(paths))
+    summaries = _replay_all(paths, settings, outs, plots, jobs)
+    print_summaries(summaries, open_console())
+    damaged = [summary for summary in summaries if summary.lost]
+    if damaged:
+        nothing = not any(summary.frames for summary in summaries)
+        problem = f"of {len(paths)} logs {len(damaged)} could not be read whole"
+        raise CommandError(UNREADABLE if nothing else PARTIAL, problem)
+
+
+def _replay_all(
+    paths: list[Path], settings: Settings, outs: list[Path | None], plots: list[Path | None], jobs: int
+) -> list[Summary]:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    stderr = Console(stderr=True)
+    progress = Progress(console=stderr, transient=True, disable=not stderr.is_terminal)
+    context = multiprocessing.get_context("spawn")
+    with progress, ProcessPoolExecutor(jobs, mp_context=context, initializer=_quiet) as pool:
+        each = pool.map(_one_of_many, paths, [settings] * len(paths), outs, plots)
+        try:
+            return list(progress.track(each, total=len(paths), description=f"{len(paths)} logs"))
+        except BaseException as error:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in multiprocessing.active_children():
+                process.terminate()  # the rest of a long log is not waited for
+            if isinstance(error, BrokenProcessPool):
+                problem = "a process was killed, perhaps because memory ran out; try fewer of them with --jobs"
+                raise CommandError(FAILED, problem) from error
+            raise
+
+
+def _quiet() -> None:
+    """Let this process end without a message when the terminal interrupts it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _one_of_many(path: Path, settings: Settings, out: Path | None, plot: Path | None) -> Summary:
+    """Replay one log in a process of its own. A log that cannot be read does not stop the others."""
+    from ttc_fast.replay import Summary
+
+    try:
+        played = opened(path, settings)
+        play(played, played, out, plot)
+    except (LogError, CommandError) as error:
+        if isinstance(error, CommandError) and error.code == FAILED:
+            raise  # what cannot be written for one log cannot be written for the others
+        summary = Summary(str(path), 0.0, 0.0)
+        summary.lost = str(error)
+        return summary
+    if not played.summary.frames and not played.summary.lost:
+        played.summary.lost = f"{path}: has no frames"
+    return played.summary
+
+
+def each_of(file: Path | None, paths: list[Path]) -> list[Path | None]:
+    """Return a file for each log: its name has that of the log behind the name that was given."""
+    if file is None:
+        return [None] * len(paths)
+    named: list[Path | None] = []
+    for path in paths:
+        stem = f"{file.stem}-{path.resolve().name}"
+        name, number = file.with_name(stem + file.suffix), 2
+        while name in named:
+            name, number = file.with_name(f"{stem}-{number}{file.suffix}"), number + 1
+        named.append(name)
+    return named

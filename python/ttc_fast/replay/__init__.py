@@ -1,4 +1,4 @@
-"""Recorded logs through the code that brakes: a row for each frame, a summary, a picture."""
+"""Recorded logs go through the code that brakes, and give a row for each frame, a summary and a picture."""
 
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.run import Replay, sample

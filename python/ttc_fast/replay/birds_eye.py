@@ -1,4 +1,4 @@
-"""The frame that decided, from above: ahead is up, left is left."""
+"""A bird's eye view of the key frame: ahead is up, and left is left."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
     from ttc_fast.replay.run import Replay
 
 CLOSEST_VIEW, FARTHEST_VIEW = 2.5, 60.0
-"""m ahead that are shown at least and at most."""
+"""The view reaches at least and at most this far, m."""
 BODY_DEPTH = 0.5
-"""m around the distance that a tracker gives: those points are of the body that it follows."""
+"""Points within this of the distance that a tracker gives belong to the body that it follows, m."""
 STRAY = 0.1
-"""m: points of the gate that are nearer than the body by more are drawn as strays."""
+"""Points of the gate that are nearer than the body by more than this are drawn as strays, m."""
 CAR_WIDTH, CAR_LENGTH = 1.8, 4.2
-"""m, where only the bumper is known."""
+"""The size of the vehicle where only its bumper is known, m."""
 STEPS = 120
 
 Seen = tuple["NDArray[Any]", "NDArray[np.bool_]", "tuple[float, float] | None"]
 
 
 def draw_birds_eye(axes: Axes, replay: Replay) -> None:
-    """Draw the frame with outline, swept path, and the points that are to blame."""
+    """Draw the key frame with the outline, the swept path and the threatening points."""
     assert replay.key_frame is not None
     row, frame = replay.key_frame
     scans = isinstance(replay.pipeline, Scans)
@@ -67,12 +67,12 @@ def _title(replay: Replay, row: Row) -> str:
         what = "least TTC" if math.isfinite(row.ttc) else "nothing closes in any frame"
     if not math.isfinite(row.ttc):
         return f"frame {row.frame}, t = {row.stamp:.2f} s\n{what}"
-    told = f"{row.ttc:.2f} s to collision, {row.distance:.2f} m, closing at {row.closing_speed:.2f} m/s"
-    return f"frame {row.frame}, t = {row.stamp:.2f} s: {what}\n{told}"
+    collision = f"{row.ttc:.2f} s to collision, {row.distance:.2f} m, closing at {row.closing_speed:.2f} m/s"
+    return f"frame {row.frame}, t = {row.stamp:.2f} s: {what}\n{collision}"
 
 
 def _frame(axes: Axes, replay: Replay, at: tuple[float, float] | None) -> None:
-    """Show the vehicle, what decided, and a little around both; ahead is up, and left is left."""
+    """Set the limits of the view: the vehicle, what is nearest in time, and a little around both."""
     x, y = (FARTHEST_VIEW / 6, 0.0) if at is None else at
     low = min(replay.pipeline.outline[0] if replay.pipeline.outline else -1.0, x, 0.0)
     high = max(x, 0.0)
@@ -83,7 +83,7 @@ def _frame(axes: Axes, replay: Replay, at: tuple[float, float] | None) -> None:
 
 
 def _draw_vehicle(axes: Axes, replay: Replay) -> None:
-    """Draw the vehicle as far as it is known, and the sensor."""
+    """Draw the sensor, and the vehicle as far as it is known."""
     x, y, _ = replay.pipeline.mount
     outline = replay.pipeline.outline
     offset = 0.0 if isinstance(replay.pipeline, Scans) else replay.pipeline.lidar.front_offset
@@ -97,11 +97,11 @@ def _draw_vehicle(axes: Axes, replay: Replay) -> None:
 
 
 def _scan(replay: Replay, row: Row, frame: Any) -> Seen:
-    """Return the readings as points, those with a TTC below the threshold, and the one that decided."""
+    """Return the readings as points, which of them have a TTC below the threshold, and the nearest in time."""
     scan = replay.pipeline.scan_of(frame)
     speed = 0.0 if frame.speed is None else frame.speed
-    judged = scan if replay.pipeline.outline is None else ScanSweptPath(scan)
-    ttc = judged.per_beam(frame.ranges, speed, frame.yaw_rate)
+    kernel = scan if replay.pipeline.outline is None else ScanSweptPath(scan)
+    ttc = kernel.per_beam(frame.ranges, speed, frame.yaw_rate)
     status = np.empty(scan.beams, np.uint8)
     scan.per_beam(frame.ranges, speed, frame.yaw_rate, status_out=status)
     ranges = np.asarray(frame.ranges, float)
@@ -121,7 +121,7 @@ def _placed(mount: Any, angles: NDArray[Any], ranges: NDArray[Any]) -> tuple[NDA
 
 
 def _cloud(replay: Replay, row: Row, frame: Any) -> Seen:
-    """Return the points at the heights that count, and those of the gate at the distance that decided."""
+    """Return the points at the heights of the gate, which of them are threatening, and where the distance ends."""
     pipeline = replay.pipeline
     points = pipeline.obstacles(frame.points)
     if row.beam >= 0:
@@ -147,7 +147,7 @@ def _in_lane(pipeline: Any, points: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def _draw_strays(axes: Axes, replay: Replay, points: NDArray[Any], x: float) -> None:
-    """Mark the points in the lane that are nearer than what decided, as a plain minimum would have taken them."""
+    """Mark the points in the lane that are nearer than ``x``: a plain minimum would have taken them."""
     pipeline = replay.pipeline
     near = (points[:, 0] < x - STRAY - BODY_DEPTH) & (points[:, 0] >= pipeline.mount[0] + pipeline.gate.x[0])
     stray = points[near & _in_lane(pipeline, points)]
@@ -164,7 +164,7 @@ def _draw_gate(axes: Axes, gate: Any, mount: Any) -> None:
 
 
 def _draw_path(axes: Axes, outline: Any, row: Row, yaw_rate: float, ahead: float) -> None:
-    """Draw where the outline will be within the threshold, if it goes on as it does."""
+    """Draw where the outline will be within the threshold if the vehicle goes on as it does."""
     if not math.isfinite(row.speed) or row.speed == 0.0:
         return
     rear, front, right, left = outline

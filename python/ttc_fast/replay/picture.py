@@ -1,4 +1,4 @@
-"""The picture of a replay: distance, closing speed and TTC over time, and the frame that decided from above."""
+"""The picture of a replay: distance, closing speed and TTC over time, and a bird's eye view of the key frame."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from ttc_fast.replay.run import Replay
 
 LONGEST, SHORTEST = 20.0, 0.02
-"""s; the axis of the TTC ends there."""
+"""The axis of the TTC ends there, s."""
 SIZE, NARROW = (11.0, 6.4), (8.0, 6.4)
-"""inch: with and without a view from above."""
+"""The size with and without a bird's eye view, inch."""
 
 
 def save(replay: Replay, path: Path) -> None:
@@ -46,12 +46,12 @@ def save(replay: Replay, path: Path) -> None:
     Parameters
     ----------
     replay : Replay
-        With at least one row.
+        The replay, which has at least one row.
     path : Path
-        That ends in .png or .svg.
+        The file, whose name ends in .png or .svg.
     """
     figure = draw(replay)
-    figure.draw_without_rendering()  # once more than matplotlib does: its layout settles in two steps
+    figure.draw_without_rendering()  # a second time beside that of savefig, as the layout takes two steps to settle
     figure.savefig(path, dpi=110)
 
 
@@ -61,12 +61,12 @@ def draw(replay: Replay) -> Figure:
     Parameters
     ----------
     replay : Replay
-        With at least one row.
+        The replay, which has at least one row.
 
     Returns
     -------
     matplotlib.figure.Figure
-        With its own canvas, so that no display is needed.
+        The picture. It has a canvas of its own, so that no display is needed.
     """
     from_above = replay.key_frame is not None and not hasattr(replay.log, "column")
     title = f"{name_of(replay.log.path)}, {replay.summary.pace}"
@@ -91,7 +91,7 @@ def draw(replay: Replay) -> Figure:
 
 
 def _footnote(replay: Replay) -> str:
-    """Say why it braked first, and what each point stands for."""
+    """Return why it braked first, and what each point stands for."""
     said = []
     if replay.braked and replay.key_frame is not None:
         row = replay.key_frame[0]
@@ -104,13 +104,13 @@ def _footnote(replay: Replay) -> str:
 
 
 def _column(replay: Replay, name: str) -> NDArray[np.float64]:
-    """Return the numbers of the rows; what is infinite cannot be drawn."""
+    """Return a column of the rows with NaN for inf, which cannot be drawn."""
     numbers = np.array([getattr(row, name) for row in replay.series.rows], float)
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
 def _isolated(replay: Replay) -> NDArray[np.bool_]:
-    """Tell which rows are isolated; where each stands for several, neighbours say nothing of each other."""
+    """Return which rows are isolated: none where each stands for several, as they are no neighbours."""
     rows, longest = replay.series.rows, replay.summary.longest
     isolated = np.zeros(len(rows), bool)
     if replay.series.step == 1:
@@ -142,7 +142,7 @@ def _draw_closing_speed(axes: Axes, replay: Replay) -> None:
 
 
 def _draw_ttc(axes: Axes, replay: Replay, isolated: NDArray[np.bool_]) -> None:
-    """Draw the TTC on a logarithmic axis, with what it is compared with."""
+    """Draw the TTC and the thresholds on a logarithmic axis."""
     rows, threshold = replay.series.rows, replay.threshold
     stamps, status = _column(replay, "stamp"), np.array([row.status for row in rows])
     ttc = np.array([known_ttc(row) for row in rows])
@@ -174,7 +174,7 @@ def _draw_ttc(axes: Axes, replay: Replay, isolated: NDArray[np.bool_]) -> None:
 
 
 def _draw_events(axes: Axes, replay: Replay) -> None:
-    """Tint when it brakes."""
+    """Tint the times at which it brakes."""
     for i, event in enumerate(replay.summary.events):
         label = "brakes" if i == 0 and axes.get_ylabel().startswith("distance") else None
         axes.axvspan(event.begin.stamp, event.end, color=ALARM, alpha=0.1, lw=0, label=label)

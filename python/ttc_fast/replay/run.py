@@ -1,4 +1,4 @@
-"""A log from its first frame to its last, one row each."""
+"""A replay takes a log from its first frame to its last, and gives a row for each."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def sample(name: str) -> Path:
 
 
 def name_of(path: Path) -> str:
-    """Name a log above its picture and its table: the samples as what they are, others by their file.
+    """Return the name of a log above its picture and its table: what a sample shows, or else the name of the file.
 
     Parameters
     ----------
     path : Path
-        Of the log.
+        The log.
 
     Returns
     -------
@@ -133,33 +133,38 @@ def stronger(one: Row, other: Row) -> Row:
 
 
 class Replay:
-    """A log, frame by frame, through what brakes. Iterating gives the rows, once.
+    """A log that goes through the brake, frame by frame. Iterating gives the rows, once.
 
-    Only a few frames are held, and of the rows a few thousand, evenly over the log.
+    A replay holds a few frames, and a few thousand rows spread evenly over the log.
 
     Parameters
     ----------
     path : path
-        Of the log, as ``open_log`` takes it.
+        The log, as ``open_log`` takes it.
     settings : Settings, optional
-        Of the log and of the brake.
+        The settings of the log and of the brake.
 
     Attributes
     ----------
     log : ScanLog, CloudLog or DistanceLog
-        What is replayed.
+        The log.
+    pipeline : Scans, Clouds or Distances
+        What makes rows of its frames.
+    threshold : float
+        The least threshold of the criteria that compare a TTC, s.
     summary : Summary
-        Of the rows so far.
+        The summary of the rows so far.
     series : Series
-        Rows to draw and to print.
+        The rows to draw and to print.
     key_frame : (Row, frame) or None
-        The first frame that began to brake for a criterion; without one that of least TTC.
+        The frame that the picture shows, with its row: the first that brakes for a criterion, or else the one of least
+        TTC.
 
     Raises
     ------
     LogError
-        If the log cannot be opened, or has no use for what is said of it. While iterating, after the last row, if
-        something of it was lost.
+        If the log cannot be opened, or has no use for an option. While iterating, after the last row, if a part of
+        the log was lost.
     ConfigurationError
         If a setting makes no sense.
 

@@ -1,4 +1,4 @@
-"""What the user says of a replay: how the log was recorded, and how the brake is set."""
+"""The settings of a replay: how the log was recorded, which points count, and how the brake is set."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ LANE = (-2.0, 2.0)  # m, left of the sensor
 
 @dataclass(frozen=True)
 class Settings:
-    """What a replay is done with.
+    """The settings of a replay.
 
     Attributes
     ----------
     configuration : Configuration
-        Of scanner, gate and brake, as a file has it.
+        The settings of scanner, gate and brake, as a file has them.
     log_options : dict
-        Fields of ``LogOptions``: what the user says of the log. Those of a scanner hold instead of ``configuration``'s.
+        Arguments of ``LogOptions``. Those that describe the scanner win over ``configuration``.
     gate : dict
-        Bounds ``x``, ``y``, ``z`` and ``intensity`` of the gate, instead of the configured ones.
+        Bounds ``x``, ``y``, ``z`` and ``intensity`` of the gate, which win over ``configuration``.
     criteria : tuple of criteria or None
-        Instead of the configured ones.
+        The criteria; None leaves them to ``configuration``.
 
     Examples
     --------
@@ -55,34 +55,34 @@ class Settings:
 
     @property
     def of_log(self) -> dict[str, Any]:
-        """What a log is opened with: all but what is said of the scanner, which clouds have a use for as well."""
+        """The options that a log is opened with. Those of the scanner are left out, as clouds use some of them too."""
         return {name: value for name, value in self.log_options.items() if name not in SCANNER}
 
     @property
     def of_scanner(self) -> dict[str, Any]:
-        """Arguments of ``ScanTTC`` that hold instead of the log's."""
+        """The arguments of ``ScanTTC`` that win over what the log says."""
         said = {name: self.log_options[name] for name in SCANNER if self.log_options.get(name) is not None}
         return {**self.configuration.scan, **said}
 
     @property
     def sensor_timeout(self) -> float:
-        """The gap between frames from which the brake takes the sensor for lost, s."""
+        """The age from which sensor data are too old for the brake, s."""
         return float(self.configuration.brake.get("sensor_timeout", BrakeSettings.sensor_timeout))
 
     def refuse_useless(self, path: Path, kind: str, uses: Collection[str]) -> None:
-        """Refuse what is said of scanner or gate where a log has no use for it; a file may serve several kinds."""
+        """Raise if an option of scanner or gate has no use for this kind of log. A file may serve several kinds."""
         said = [name for name in SCANNER if self.log_options.get(name) is not None]
         for name in (*said, *(f"gate_{name}" for name in self.gate)):
             if name not in uses:
                 raise LogError(path, f"{kind} has no use for the option {name}; leave it out")
 
     def configured(self) -> Configuration:
-        """Return the configuration with what else was said."""
+        """Return the configuration with the options that win over it."""
         criteria = self.criteria or self.configuration.criteria or None
         return replace(self.configuration, scan=self.of_scanner, criteria=criteria)
 
     def gate_of(self, lidar: Lidar) -> Gate:
-        """Make the gate: as said, as configured, or else the lane ahead at the height of vehicles."""
+        """Return the gate: by the options, as configured, or else the lane ahead at the height of vehicles."""
         configured = self.configuration.gate
         if configured is not None and not self.gate:
             return configured
@@ -100,7 +100,7 @@ class Settings:
 
 
 def heights_of(lidar: Lidar) -> tuple[float, float]:
-    """Return the heights at which vehicles are seen well, from the lidar."""
+    """Return the heights at which vehicles are seen well, m above the lidar."""
     if lidar.sensor_height is None:
         problem = "it is not known how high the lidar sits above the road"
         raise ConfigurationError(f"{problem}; say it with --sensor-height, or say which heights with --gate-z")

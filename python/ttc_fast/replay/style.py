@@ -1,4 +1,4 @@
-"""How pictures look: colours, axes, legends."""
+"""The look of the pictures: colours, axes, legends."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 INK, QUIET = "#22303c", "#98a4b0"
-# Of the palette of Okabe and Ito, which people with any kind of colour vision tell apart.
+# These are of the palette of Okabe and Ito, which suits every kind of colour vision.
 PALE = "#d5e6f2"
 LINE, ALARM, CAUTION, BLIND = "#0072b2", "#d55e00", "#e69f00", "#cc79a7"
 TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # s
@@ -58,12 +58,12 @@ def legend_below(axes: Axes) -> None:
 
 
 def title_of(axes: Axes, text: str) -> None:
-    """Say above the axes what they show."""
+    """Write above the axes what they show."""
     axes.set_title(text, color=INK, fontsize=10, loc="left")
 
 
 def quieten(axes: Axes) -> None:
-    """Leave of the frame what carries information."""
+    """Draw only the parts of the frame that carry information."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(QUIET)
     axes.tick_params(colors=INK, labelsize=9, which="both")

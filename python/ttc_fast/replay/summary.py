@@ -1,4 +1,7 @@
-"""What a log comes to: least TTC, exposure, brakes, and what could not be judged."""
+"""The summary of a log: least TTC, exposure, brakes, and the frames that tell nothing.
+
+It is made row by row, so that a log of any length takes the same memory.
+"""
 
 from __future__ import annotations
 
@@ -19,16 +22,16 @@ CONTRADICTION = 2.0
 
 
 class Event(NamedTuple):
-    """From the first row that braked to the last.
+    """An event of braking.
 
     Attributes
     ----------
     begin : Row
-        The first.
+        The first row that brakes.
     end : float
-        Stamp of the last, s.
+        Stamp of the last row that brakes, s.
     frames : int
-        How many.
+        Number of rows from the first to the last.
     """
 
     begin: Row
@@ -37,38 +40,39 @@ class Event(NamedTuple):
 
 
 class Summary:
-    """Of rows, as they come.
+    """The summary of rows, which takes them as they come.
 
     Parameters
     ----------
     path : str
-        Of the log.
+        The log.
     threshold : float
-        s; what exposure is counted below.
+        Exposure is the time with a TTC of at most this, s.
     longest : float
-        A row counts until the next one, but not for longer than this, s.
+        A row counts until the next one, but for at most this time, s.
 
     Attributes
     ----------
     frames, with_known_ttc, brakes, warnings, invalid, unknown, isolated : int
-        Rows; rows that tell a TTC, or that nothing comes closer; events of braking; rows that warn; rows of data that
-        nothing could be told from; rows where nothing told a closing speed; isolated rows.
+        Numbers of rows: all; with a TTC, or with nothing that comes closer; events of braking; that warn; of blind and
+        ignored frames; without a closing speed; isolated ones.
     stale, resets : int
-        Gaps between frames that are longer than the brake waits; how often the clock of the log was set back.
+        Number of gaps between frames that are longer than the brake waits, and of times that the clock of the log was
+        set back.
     longest_gap : float
-        Of those, s.
+        The longest of those gaps, s.
     judged : float
-        For how long there was a TTC, or nothing came closer, s.
+        The time with a TTC, or with nothing that comes closer, s.
     exposed : float
-        Time exposed TTC: for how long the TTC was at most the threshold, s.
+        Time exposed TTC: the time with a TTC of at most the threshold, s.
     integrated : float
-        Time integrated TTC: the same, times how far it was below, s^2.
+        Time integrated TTC: the integral over that time of how far the TTC is below the threshold, s^2.
     least : Row or None
-        Of least TTC, the first of them; None if nothing ever closes.
+        The first row of least TTC; None if nothing ever closes.
     least_isolated : Row or None
         The isolated row of least TTC.
     events : list of Event
-        Of braking, the first thousand.
+        The first thousand events of braking.
     lost : str
         What could not be read; empty if all could.
     assumed : str
@@ -81,11 +85,11 @@ class Summary:
     -----
     The measures are TET and TIT of [Minderhoud, Bovy: Extended time-to-collision measures for road traffic safety
     assessment, Accident Analysis and Prevention 33, 2001, pages 89 to 97]: the sum over all rows
-    whose TTC is at most the threshold, of the time until the next row, and of that time by (threshold - TTC). Rows that
-    tell no TTC do not count (WARMING_UP, LOST, STALE, NO_DATA, INVALID), nor does the part of a gap that is longer than
-    ``longest``.
+    whose TTC is at most the threshold, of the time until the next row, and of that time by (threshold - TTC). Rows
+    without a TTC do not count (WARMING_UP, LOST, STALE, NO_DATA, INVALID), nor does the part of a gap that is longer
+    than ``longest``.
 
-    An isolated row is a stray reading, as ``is_isolated`` tells it: it is never the least, and counts with the lesser
+    An isolated row, as ``is_isolated`` finds it, is a stray reading: it is never the least, and counts with the lesser
     TTC of its two neighbours.
 
     Examples
@@ -113,7 +117,7 @@ class Summary:
         self._brakes = self._has_key_frame = False
 
     def add(self, row: Row) -> Row | None:
-        """Take in a row; return this one or the one before it if its frame is now the one to look at."""
+        """Take a row; return this one or the one before it if its frame is now the key frame, else None."""
         self.frames += 1
         before, last = self._before, self._last
         self._before, self._last = last, row
@@ -129,13 +133,13 @@ class Summary:
         return key_frame
 
     def end(self) -> Row | None:
-        """Take in that there are no more; return what ``add`` does."""
+        """Measure the last row: there are no more; return what ``add`` does."""
         before, last = self._before, self._last
         self._before = self._last = None
         return None if last is None else self._measure(before, last, None)
 
     def _measure(self, before: Row | None, row: Row, after: Row | None) -> Row | None:
-        """Measure a row by its neighbours; return it if it is the first, or the least so far, and none has braked."""
+        """Measure a row by its neighbours; return it if none has braked and it is the first, or the least so far."""
         passed = 0.0 if after is None else max(after.stamp - row.stamp, 0.0)
         self.duration += passed
         passed = min(passed, self.longest)
@@ -158,7 +162,7 @@ class Summary:
         return row if (least or before is None) and not self._has_key_frame else None
 
     def _follow(self, row: Row) -> None:
-        """Follow the commands."""
+        """Count commands and events."""
         brakes = row.command is Command.BRAKE
         self.warnings += row.command is Command.WARN
         if brakes and not self._brakes:
@@ -172,32 +176,32 @@ class Summary:
 
     @property
     def pace(self) -> str:
-        """How many frames there are, and how many a second, for people."""
+        """The number of frames, in all and a second, as a text."""
         if not self.duration > 0.0:
             return "1 frame" if self.frames == 1 else f"{self.frames} frames"
         return f"{self.frames} frames in {self.duration:.1f} s, {(self.frames - 1) / self.duration:.3g} Hz"
 
 
 def known_ttc(row: Row) -> float:
-    """Return the TTC that a row tells, inf where nothing comes closer, and NaN where it tells nothing."""
+    """Return the TTC of a row: inf where nothing comes closer, NaN where it is not known."""
     if row.status in UNKNOWN or (row.status is Status.TOO_FEW and row.ttc == math.inf):
         return math.nan
     return row.ttc
 
 
 def is_isolated(before: Row, row: Row, after: Row, *, longest: float) -> bool:
-    """Tell whether a row is contradicted by both its neighbours: a stray reading.
+    """Return whether both neighbours of a row contradict it: it is a stray reading.
 
-    What really comes within the TTC of a row was as near, but for the time that passed, in the row before, and is so
-    in the row after. Where both tell more than twice that, the row stands alone. Neighbours that tell nothing, or are
-    further away than ``longest``, contradict nobody.
+    What really comes within the TTC of a row was about as near in the row before, and is so in the row after, but for
+    the time between them. A row is isolated where both have more than twice that TTC. Neighbours without a TTC, or
+    more than ``longest`` away, do not contradict it.
 
     Parameters
     ----------
     before, row, after : Row
-        In the order of the log.
+        Three successive rows.
     longest : float
-        s.
+        The greatest time between neighbours, s.
 
     Returns
     -------

@@ -42,11 +42,11 @@ STATUSES = {
 }
 COLUMNS = ("frame", "t, s", "distance, m", "closing, m/s", "TTC, s")
 MANY = ("frames", "least TTC, s", "TET, s", "TIT, s\N{SUPERSCRIPT TWO}", "brakes", "first, s", "invalid", "stale")
-UNTOLD = (Status.WARMING_UP, Status.NO_DATA, Status.INVALID)
+WITHOUT_TTC = (Status.WARMING_UP, Status.NO_DATA, Status.INVALID)
 
 
 def open_console() -> Console:
-    """Open standard output: as wide as the terminal, or wide enough for the table in a pipe."""
+    """Return a console on standard output, as wide as the terminal or, in a pipe, wide enough for the table."""
     console = Console(highlight=False)
     return console if console.is_terminal else Console(highlight=False, width=PIPE_WIDTH)
 
@@ -57,27 +57,27 @@ def line(console: Console, name: str, text: str) -> None:
 
 
 def number(value: float, digits: int) -> str:
-    """Show a number, and a dash where it is not known."""
+    """Return a number as a text, or a dash where it is not known."""
     return "-" if math.isnan(value) else f"{value:.{digits}f}"
 
 
 def frames(count: int) -> str:
-    """Say how many frames."""
+    """Return a number of frames as a text."""
     return "1 frame" if count == 1 else f"{count} frames"
 
 
 def times(count: int) -> str:
-    """Say how often."""
+    """Return how often something happened as a text."""
     return {0: "never", 1: "once"}.get(count, f"{count} times")
 
 
 def table_of(rows: Iterable[Row], threshold: float) -> Table:
-    """Make a table of rows."""
+    """Return a table of rows."""
     table = _table(COLUMNS)
     for name in ("status", "command", "reason"):
         table.add_column(name, no_wrap=True)
     for row in rows:
-        ttc = "-" if row.status in UNTOLD else f"{row.ttc:.3f}"
+        ttc = "-" if row.status in WITHOUT_TTC else f"{row.ttc:.3f}"
         table.add_row(
             str(row.frame),
             f"{row.stamp:.3f}",
@@ -98,8 +98,8 @@ def _table(numbers: Sequence[str]) -> Table:
     return table
 
 
-def watch(replay: Replay, console: Console) -> Iterator[Row]:
-    """Give the rows of a replay, and show the last of them on a terminal meanwhile."""
+def show_live(replay: Replay, console: Console) -> Iterator[Row]:
+    """Yield the rows of a replay, and show the last of them meanwhile if there is a terminal."""
     if not console.is_terminal:
         yield from replay
         return
@@ -120,7 +120,7 @@ def watch(replay: Replay, console: Console) -> Iterator[Row]:
 
 
 def print_rows(replay: Replay, console: Console, limit: int) -> None:
-    """Print about so many rows evenly over the log, those where a command changes first among them; 0 prints none."""
+    """Print about ``limit`` rows: those where the command changes first, the others evenly over the log."""
     rows = replay.series.rows
     if limit == 0 or not rows:
         return
@@ -130,13 +130,13 @@ def print_rows(replay: Replay, console: Console, limit: int) -> None:
 
 
 def _chosen(rows: list[Row], limit: int) -> list[int]:
-    told = [i for i in range(1, len(rows)) if rows[i].command is not rows[i - 1].command][: limit // 2]
-    even = np.linspace(0, len(rows) - 1, max(limit - len(told), 2)).round().astype(int).tolist()
-    return sorted({*even, *told})
+    changes = [i for i in range(1, len(rows)) if rows[i].command is not rows[i - 1].command][: limit // 2]
+    even = np.linspace(0, len(rows) - 1, max(limit - len(changes), 2)).round().astype(int).tolist()
+    return sorted({*even, *changes})
 
 
 def print_summary(replay: Replay, console: Console) -> None:
-    """Print what a log was, what judged it, and what it came to."""
+    """Print what a log is, what decided, and what it came to."""
     if replay.summary.frames:
         for name, text in (*_said(replay), *_found(replay.summary)):
             line(console, name, text)
@@ -145,7 +145,7 @@ def print_summary(replay: Replay, console: Console) -> None:
 
 
 def _said(replay: Replay) -> Iterator[tuple[str, str]]:
-    """Say what the log is, and what the numbers rest on."""
+    """Yield the lines that say what the log is, and what the numbers rest on."""
     summary, log = replay.summary, replay.log
     yield "log", f"{summary.path}: {summary.pace}"
     yield "time", log.clock
@@ -158,7 +158,7 @@ def _said(replay: Replay) -> Iterator[tuple[str, str]]:
 
 
 def _found(summary: Summary) -> Iterator[tuple[str, str]]:
-    """Say what the log comes to."""
+    """Yield the lines that say what the log comes to."""
     least, isolated = summary.least, summary.least_isolated
     where = "" if least is None else f"{least.distance:.2f} m away, closing at {least.closing_speed:.2f} m/s"
     none = "none, nothing ever closes" if summary.with_known_ttc else "not known, no frame tells what comes closer"
@@ -196,7 +196,7 @@ def _when(row: Row) -> str:
 
 
 def _why(event: Event) -> str:
-    """Say from when to when it brakes, and why it began."""
+    """Return from when to when the brake acts, and why it began."""
     begin = event.begin
     by = f" by {begin.criterion}: {begin.value:.2f} < {begin.threshold:.3g}"
     why = by if begin.reason is Reason.CRITERION and math.isfinite(begin.value) else ""
@@ -205,15 +205,15 @@ def _why(event: Event) -> str:
 
 
 def print_summaries(summaries: list[Summary], console: Console) -> None:
-    """Print a table of many logs, a line each."""
+    """Print a table of several logs, a line each."""
     table = _table(MANY)
     table.add_column("log", overflow="fold")
     for each in summaries:
         least = "-" if each.least is None else f"{each.least.ttc:.3f}"
         first = f"{each.events[0].begin.stamp:.2f}" if each.events else "-"
-        told = (str(each.frames), least, f"{each.exposed:.2f}", f"{each.integrated:.2f}", str(each.brakes), first)
+        numbers = (str(each.frames), least, f"{each.exposed:.2f}", f"{each.integrated:.2f}", str(each.brakes), first)
         lost = Text("  lost" if each.lost else "", style="bold magenta")
-        table.add_row(*told, str(each.invalid), str(each.stale), Text(each.path) + lost)
+        table.add_row(*numbers, str(each.invalid), str(each.stale), Text(each.path) + lost)
     console.print(table)
     for each in summaries:
         if each.assumed:
