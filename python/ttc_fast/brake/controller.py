@@ -254,7 +254,7 @@ class BrakeController:
         """
         now = finite("now", now)
         override = override if type(override) is bool else flag("override", override)
-        with self._lock:  # what is remembered changes in the vote alone, so that a call that raises changes nothing
+        with self._lock:  # nothing is remembered before the vote, so that a call that raises changes nothing
             newest, frame = self._receive(now, ranges, points, stamp, motion, estimate, commanded, time_increment)
             assessed = BETWEEN_FRAMES if frame is None else self._assess(frame)
             self._vote(newest, frame, assessed)
