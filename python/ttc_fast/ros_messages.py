@@ -204,8 +204,19 @@ def odometry(buffer: Any, start: int = 0, end: int | None = None, *, encoding: E
     if at + encoding.odometry.size > end:
         raise _short("Odometry", at + encoding.odometry.size - start, end - start)
     x, y, _, qx, qy, qz, qw, speed, lateral, _, _, _, yaw_rate = encoding.odometry.unpack_from(buffer, at)
-    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-    return Odometry(stamp, x, y, yaw, speed, lateral, yaw_rate)
+    return Odometry(stamp, x, y, yaw_of(qx, qy, qz, qw), speed, lateral, yaw_rate)
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the yaw of a quaternion, rad.
+
+    Examples
+    --------
+    >>> from ttc_fast.ros_messages import yaw_of
+    >>> yaw_of(0.0, 0.0, 1.0, 0.0)
+    3.141592653589793
+    """
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def point_cloud(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> PointCloud2:

@@ -25,8 +25,9 @@ import numpy as np
 
 from ttc_fast.logs.files import kind_of_file, open_text
 from ttc_fast.logs.log import LogError, ReadErrors, ScanFrame, Scanner
-from ttc_fast.logs.motion import Odometer, Pose
 from ttc_fast.logs.options import SCANNER
+from ttc_fast.sensors.oddities import RefusedError
+from ttc_fast.sensors.odometry import Odometer, Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -110,7 +111,10 @@ class CarmenLog:
         for entry in self._entries(errors):
             if not isinstance(entry, Scan):
                 odometry = True
-                odometer.update(*entry)
+                try:
+                    odometer.update(*entry)
+                except RefusedError as error:
+                    errors.add(f"odometry at {entry[0] - self._begin:.3f} s {error}")
                 continue
             unlike = _unlike(entry.scanner, self._recorded)
             if unlike:

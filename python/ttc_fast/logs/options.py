@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ttc_fast._settings import MOUNT, OUTLINE, Flag, Number, Text, Texts, check_fields, setting
+from ttc_fast._settings import MOUNT, OUTLINE, Choice, Flag, Number, Text, Texts, check_fields, setting
 from ttc_fast.logs.log import LogError
 
 if TYPE_CHECKING:
@@ -29,6 +29,10 @@ class LogOptions:
     topic : str or None
         The topic of the scans or clouds where a bag has several; what the names of one sensor's frames have in common
         where a folder of clouds has several; the first word of a laser's lines in a CARMEN log.
+    frame : str or None
+        The ``frame_id`` of the sensor, where several of them share the topic.
+    clock : str or None
+        "header": the stamps of the messages hold. "recorded": the times of recording hold. By default the bag decides.
     odometry_topic : str or None
         The topic of the odometry, where a bag has several.
     speed : float or None
@@ -67,6 +71,12 @@ class LogOptions:
         Text(),
         "The topic of the scans or clouds where a bag has several; the names of one sensor's frames in a folder of "
         "several; the laser of a CARMEN log.",
+    )
+    frame: str | None = setting(None, Text(), "The frame_id of the sensor, where several of them share the topic.")
+    clock: str | None = setting(
+        None,
+        Choice(options=("header", "recorded")),
+        "Which times of a bag hold: header, the stamps of its messages, or recorded, when they were recorded.",
     )
     odometry_topic: str | None = setting(None, Text(), "The topic of the odometry, where a bag has several.")
     speed: float | None = setting(

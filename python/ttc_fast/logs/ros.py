@@ -6,7 +6,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ReadErrors, ScanFrame, Scanner
-from ttc_fast.logs.motion import Odometer, Pose
 from ttc_fast.logs.options import LIDAR, MOTION, SCANNER
 from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros_messages import (
@@ -18,7 +17,10 @@ from ttc_fast.ros_messages import (
     odometry,
     point_cloud,
 )
+from ttc_fast.sensors.clock import Stamps, StampSurvey, other_clock
+from ttc_fast.sensors.frames import MixedError, SensorChoice, mixed_sensors
 from ttc_fast.sensors.oddities import RefusedError, Tally
+from ttc_fast.sensors.odometry import Odometer, OdometryReader, Pose
 from ttc_fast.sensors.scans import Geometry, ScanReader
 
 if TYPE_CHECKING:
@@ -27,11 +29,13 @@ if TYPE_CHECKING:
 
     from ttc_fast.logs.container import Container, Topic
     from ttc_fast.logs.options import LogOptions
-    from ttc_fast.sensors.scans import Scan
 
 NS = 1e-9
 STAMPED = "stamps of the messages"
 UNSTAMPED = "times of recording, as the messages have no stamps"
+RECORDED = "times of recording, as chosen"
+MOST_SURVEYED, MOST_BYTES = 200, 1 << 27
+"""The messages, and their bytes, of which the clock and the sensors of a topic are found when a bag is opened."""
 OUT_OF_ORDER = 1_000_000_000
 """Messages may be out of order by this, ns; recorders that write in several threads are so by far less."""
 VIEWS = {LASER_SCAN: laser_scan, POINT_CLOUD: point_cloud}
@@ -45,34 +49,46 @@ def open_bag(bag: Container, options: LogOptions) -> BagScans | BagClouds:
         raise LogError(bag.path, f"has no topic of {LASER_SCAN} or {POINT_CLOUD}; it has {has}")
     source = _Source(bag, topic, _odometry(bag, options), options)
     if topic.type == LASER_SCAN:
-        options.only(("topic", *MOTION, *SCANNER), bag.path, f"a log of {LASER_SCAN}")
+        options.only(("topic", "frame", "clock", *MOTION, *SCANNER), bag.path, f"a log of {LASER_SCAN}")
         return BagScans(source, options)
-    options.only(("topic", *MOTION, *LIDAR), bag.path, f"a log of {POINT_CLOUD}")
+    options.only(("topic", "frame", "clock", *MOTION, *LIDAR), bag.path, f"a log of {POINT_CLOUD}")
     return BagClouds(source, options)
 
 
 class _Source:
-    """The messages of one topic, each with its stamp and the odometry until then."""
+    """The messages of one topic, each with its stamp and the odometry until then.
+
+    The first messages of the topic, and what else was recorded meanwhile, are surveyed when the bag is opened: which
+    sensors there are, and by which clock they are stamped.
+    """
 
     def __init__(self, bag: Container, topic: Topic, odometry_topic: Topic | None, options: LogOptions) -> None:
         self.bag = bag
         self.topic = topic
+        self.odd = Tally()
+        """What was odd about the messages that were read."""
         self._odometry = odometry_topic
         self._options = options
         self._view: Callable[[Any, int, int], Any] = partial(VIEWS[topic.type], encoding=topic.encoding)
-        first, self._recorded = self._find_first()
-        self._from_header = first.stamp != 0
-        self._begin = first.stamp if self._from_header else self._recorded
-        self.clock = STAMPED if self._from_header else UNSTAMPED
-        known = "no odometry: the speed is unknown" if odometry_topic is None else f"odometry of {odometry_topic.name}"
-        self.motion = options.motion(known)
+        self.geometry: Geometry | None = None
+        """The geometry of the first scan that makes sense."""
+        self._recorded = 0
+        self._survey()
 
     def read(self, errors: ReadErrors) -> Iterator[tuple[float, Any, Odometer]]:
         """Read each message with its stamp, s since the first, and the odometry until then."""
         name, begin, from_header, view = self.topic.name, self._begin, self._from_header, self._view
-        odometer = Odometer(self._options.speed, self._options.max_speed_age)
-        names = {name} if self._odometry is None else {name, self._odometry.name}
+        self.odd = odd = Tally()
+        odometry = "odometry" if self._odometry is None else self._odometry.name
+        reader = OdometryReader(odometry, odd)
+        odometer = Odometer(self._options.speed, self._options.max_speed_age, reader)
+        names = {name} if self._odometry is None else {name, odometry}
+        sensor, stamps = self._sensor(odd), Stamps(name, odd, has_stamps=True)
+        newest = self._began
         latest, ordered = 0, True
+        if self._incomparable:
+            errors.add(f"{self._incomparable}, and the odometry is not used")
+            names.discard(odometry)
         for source, time, buffer, start, end in self.bag.messages(names, errors):
             if time > latest:
                 latest = time
@@ -81,44 +97,115 @@ class _Source:
                 errors.add(_unordered(source, (latest - time) * NS, self.bag.path))
             try:
                 if source != name:
-                    self._update(odometer, time, buffer, start, end, errors)
+                    self._update(odometer, time, newest, buffer, start, end, errors)
                     continue
                 message = view(buffer, start, end)
-            except MessageError as error:
+                if not sensor.accepts(message.frame_id, getattr(message, "ranges", None)):
+                    continue
+                measured = stamps.measured(message.stamp, time) if from_header else time
+            except MixedError as error:
+                raise LogError(self.bag.path, f"{name} {error}") from None
+            except (MessageError, RefusedError) as error:
                 errors.add(
                     f"message on {source}, recorded {(time - self._recorded) * NS:.3f} s after the first: {error}"
                 )
                 continue
-            yield ((message.stamp if from_header else time) - begin) * NS, message, odometer
+            newest = measured, time
+            yield (measured - begin) * NS, message, odometer
 
-    def _update(self, odometer: Odometer, time: int, buffer: Any, start: int, end: int, errors: ReadErrors) -> None:
+    def _update(
+        self,
+        odometer: Odometer,
+        time: int,
+        newest: tuple[int, int],
+        buffer: Any,
+        start: int,
+        end: int,
+        errors: ReadErrors,
+    ) -> None:
+        """Take in odometry. Without a stamp it counts as measured when it came, in the clock of the frames."""
         assert self._odometry is not None
         read = odometry(buffer, start, end, encoding=self._odometry.encoding)
-        stamp = ((read.stamp if self._from_header else time) - self._begin) * NS
-        if not odometer.update(stamp, Pose(read.x, read.y, read.yaw), read.speed, read.yaw_rate):
-            errors.add(f"odometry at {stamp:.3f} s is not finite")
+        stamp, came = read.stamp if self._from_header else time, False
+        if self._from_header and not stamp:
+            measured, recorded = newest
+            stamp, came = measured + round((time - recorded) * self._rate), True
+        pose = Pose(read.x, read.y, read.yaw)
+        at = (stamp - self._begin) * NS
+        try:
+            odometer.update(at, pose, read.speed, read.yaw_rate, read.lateral_speed, came=came)
+        except RefusedError:
+            errors.add(f"odometry at {at:.3f} s is not finite")
 
-    def first_sound(self, reader: ScanReader) -> Scan:
-        """Return the first scan that makes sense."""
-        errors = ReadErrors(self.bag.path)
-        for _, _, buffer, start, end in self.bag.messages({self.topic.name}, errors):
-            try:
-                return reader.read(self._view(buffer, start, end))
-            except (MessageError, RefusedError) as error:
-                errors.add(f"message on {self.topic.name} {error}")
-        errors.raise_if_any(0)
-        raise LogError(self.bag.path, f"has no scan on {self.topic.name}")
+    def _sensor(self, odd: Tally) -> SensorChoice:
+        return SensorChoice(self.topic.name, odd, self._options.frame or "", "the option frame")
 
-    def _find_first(self) -> tuple[Any, int]:
-        """Return the first message, and when it was recorded."""
-        errors = ReadErrors(self.bag.path)
-        for _, time, buffer, start, end in self.bag.messages({self.topic.name}, errors):
+    def _survey(self) -> None:
+        """Look at the first messages, and decide on sensor and clock."""
+        name, moving = self.topic.name, None if self._odometry is None else self._odometry.name
+        errors, frames, sizes, read = ReadErrors(self.bag.path), dict[str, None](), 0, 0
+        clocks = {name: StampSurvey(), moving: StampSurvey()}
+        sensor, reader, chosen = self._sensor(Tally()), ScanReader(name, Tally()), 0
+        for source, time, buffer, start, end in self.bag.messages({name, moving or name}, errors):
             try:
-                return self._view(buffer, start, end), time
+                if source != name:
+                    assert self._odometry is not None
+                    clocks[source].add(odometry(buffer, start, end, encoding=self._odometry.encoding).stamp, time)
+                    continue
+                message = self._view(buffer, start, end)
             except MessageError as error:
-                errors.add(f"message on {self.topic.name}: {error}")
-        errors.raise_if_any(0)
-        raise LogError(self.bag.path, f"has no messages on {self.topic.name}, which it lists; was anything recorded?")
+                errors.add(f"message on {source}: {error}")
+                continue
+            self._recorded = self._recorded or time
+            read, sizes = read + 1, sizes + end - start
+            frames[message.frame_id] = None
+            if not self._options.frame or sensor.accepts(message.frame_id):
+                clocks[name].add(message.stamp, time)
+                chosen += 1
+                if self.geometry is None and self.topic.type == LASER_SCAN:
+                    self._take_geometry(reader, message, errors)
+            if read >= MOST_SURVEYED or sizes >= MOST_BYTES:
+                break
+        if not read:
+            errors.raise_if_any(0)
+            raise LogError(self.bag.path, f"has no messages on {name}, which it lists; was anything recorded?")
+        if not chosen:
+            has = ", ".join(map(repr, frames))
+            raise LogError(
+                self.bag.path, f"{name} has no messages with the frame_id {self._options.frame!r}, but {has}"
+            )
+        if len(frames) > 1 and not self._options.frame:
+            raise LogError(self.bag.path, f"{name} {mixed_sensors(frames, 'the option frame')}")
+        if self.geometry is None and self.topic.type == LASER_SCAN:
+            errors.raise_if_any(0)
+        self._decide(clocks[name], clocks[moving] if moving else None)
+
+    def _take_geometry(self, reader: ScanReader, message: Any, errors: ReadErrors) -> None:
+        try:
+            self.geometry = reader.read(message).geometry
+        except RefusedError as error:
+            errors.add(f"a scan on {self.topic.name} {error}")
+
+    def _decide(self, frames: StampSurvey, moving: StampSurvey | None) -> None:
+        """Decide which times hold, by what the first messages say."""
+        by = self._options.clock
+        self._from_header = by == "header" or (by is None and frames.has_stamps)
+        self.clock = STAMPED if self._from_header else UNSTAMPED if by is None else RECORDED
+        if self._from_header and not frames.stamped:
+            raise LogError(
+                self.bag.path, f"{self.topic.name} has no stamps; leave out the option clock, or say recorded"
+            )
+        self._began = frames.first if self._from_header else (self._recorded, self._recorded)
+        self._begin, self._rate = self._began[0], frames.rate if self._from_header else 1.0
+        known, self._incomparable = "no odometry: the speed is unknown", ""
+        if self._odometry is not None:
+            known = f"odometry of {self._odometry.name}"
+        if self._odometry is not None and moving is not None and self._from_header and moving.stamped:
+            ahead = moving.ahead - frames.ahead
+            remedy = "the option clock says recorded to take the times of recording"
+            self._incomparable = other_clock(self._odometry.name, ahead, self.topic.name, remedy)
+            known = f"unknown: {self._incomparable}" if self._incomparable else known
+        self.motion = self._options.motion(known)
 
 
 class _BagLog:
@@ -127,13 +214,16 @@ class _BagLog:
     assumed = ""
 
     def __init__(self, source: _Source) -> None:
-        self.odd = Tally()
-        """What was odd about the messages that were read."""
         self.path = source.bag.path
         self.frame_count = source.topic.messages
         self.clock = source.clock
         self.motion = source.motion
         self._source = source
+
+    @property
+    def odd(self) -> Tally:
+        """What was odd about the messages that were read."""
+        return self._source.odd
 
 
 class BagScans(_BagLog):
@@ -158,14 +248,15 @@ class BagScans(_BagLog):
     def __init__(self, source: _Source, options: LogOptions) -> None:
         super().__init__(source)
         self._options = options
-        self.scanner = self._scanner(source.first_sound(ScanReader(source.topic.name, Tally())).geometry)
+        assert source.geometry is not None
+        self.scanner = self._scanner(source.geometry)
 
     def __iter__(self) -> Iterator[ScanFrame]:
         errors, frames = ReadErrors(self.path), 0
-        self.odd = Tally()
-        reader = ScanReader(self._source.topic.name, self.odd)
+        reader: ScanReader | None = None
         raw: Geometry | None = None
         for stamp, message, odometer in self._source.read(errors):
+            reader = reader or ScanReader(self._source.topic.name, self.odd)
             try:
                 scan = reader.read(message)
             except RefusedError as error:
@@ -175,8 +266,7 @@ class BagScans(_BagLog):
             if scan.geometry is not raw:
                 raw = scan.geometry
                 geometry = Geometry(*(getattr(self._scanner(raw), name) for name in Geometry._fields))
-            motion = odometer.at(stamp)
-            yield ScanFrame(stamp, scan.ranges, *motion, 0.0, scan.time_increment, geometry)
+            yield ScanFrame(stamp, scan.ranges, *odometer.at(stamp), scan.time_increment, geometry)
         errors.raise_if_any(frames)
 
     def _scanner(self, geometry: Geometry) -> Scanner:

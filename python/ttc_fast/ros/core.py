@@ -12,9 +12,14 @@ from numpy.lib import recfunctions
 
 from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
+from ttc_fast.brake.settings import BrakeSettings
+from ttc_fast.brake.state import CLOCK_TOLERANCE
 from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
+from ttc_fast.sensors.clock import ANOTHER_CLOCK, Stamps
+from ttc_fast.sensors.frames import MixedError, SensorChoice, frame_of
 from ttc_fast.sensors.oddities import Tally, say_on_console
+from ttc_fast.sensors.odometry import OdometryReader
 from ttc_fast.sensors.scans import Geometry, ScanKernels, ScanReader
 
 if TYPE_CHECKING:
@@ -22,6 +27,7 @@ if TYPE_CHECKING:
 
     from ttc_fast.brake import BrakeController, Decision
     from ttc_fast.ros.settings import NodeSettings
+    from ttc_fast.sensors.odometry import Pose
 
 __all__ = ["ERROR", "OK", "STALE", "WARN", "BrakeNode", "Cause", "Diagnostics", "Drive", "Outputs"]
 
@@ -71,6 +77,7 @@ class BrakeNode:
         self._dropped, self._odd = Tally(say_on_console), Tally(say_on_console)
         self._scans = ScanReader(settings.scan_topic, self._odd)
         self._controllers: dict[str, BrakeController] = {}
+        self.settings = settings
         self._forget()
         self.change(settings)
 
@@ -79,6 +86,7 @@ class BrakeNode:
         self.settings = settings
         self._configuration = settings.configuration()
         self._kernels = ScanKernels(self._configuration)
+        self._motion_timeout = self._configuration.brake.get("motion_timeout", BrakeSettings.motion_timeout)
         controllers, self._controllers = self._controllers, {}
         if settings.scan_topic:
             scan = self._kernels.of(NO_SCAN)
@@ -96,19 +104,37 @@ class BrakeNode:
         self._latest: Decision | None = None
         self._source = SCAN
         self._took = self._took_at_most = 0.0
+        self._odometry: dict[str, OdometryReader] = {}
+        topics, chosen = {SCAN: self.settings.scan_topic, CLOUD: self.settings.points_topic}, self.settings.frame_id
+        self._stamps = {source: Stamps(topic, self._odd) for source, topic in topics.items()}
+        self._sensors = {source: SensorChoice(topic, self._odd, chosen) for source, topic in topics.items()}
 
     def on_odometry(
-        self, now: float, stamp: float, speed: float, yaw_rate: float = 0.0, lateral_speed: float = 0.0
+        self,
+        now: float,
+        stamp: float,
+        speed: float,
+        yaw_rate: float = 0.0,
+        lateral_speed: float = 0.0,
+        pose: Pose | None = None,
+        topic: str = "odometry",
     ) -> None:
-        """Take the odometry of the vehicle's origin, m/s and rad/s."""
+        """Take the odometry of the vehicle's origin, m/s and rad/s, and its pose where that is known."""
         self._look_at_clock(now)
+        reader = self._odometry.get(topic)
+        if reader is None:
+            reader = self._odometry[topic] = OdometryReader(topic, self._odd)
         try:
-            if not math.isfinite(stamp + speed + yaw_rate + lateral_speed):
-                raise ValueError(f"is not finite: speed {speed}, yaw rate {yaw_rate}, lateral speed {lateral_speed}")
+            measured = stamp if stamp and self.settings.use_stamps else now
+            twist = reader.read(measured, pose, speed, yaw_rate, lateral_speed)
         except UNREADABLE as error:
             self.dropped("odometry", error)
             return
-        self._motion = self._unjudged = Motion(speed, yaw_rate, lateral_speed, self._measured(now, stamp))
+        early, late = measured - now - CLOCK_TOLERANCE, now - measured - self._motion_timeout
+        if early > 0.0 or late > 0.0:
+            self._other_clock(topic, measured - now, "it is not used")
+        if twist is not None:
+            self._motion = self._unjudged = Motion(twist.speed, twist.yaw_rate, twist.lateral_speed, measured)
 
     def on_speed(self, now: float, speed: float) -> None:
         """Take a bare speed, m/s; it counts as measured when it came."""
@@ -119,13 +145,25 @@ class BrakeNode:
         began = time.perf_counter()
         self._look_at_clock(now)
         try:
+            if not self._sensors[SCAN].accepts(frame_of(scan), scan.ranges):
+                return self.tick(now)
             frame = self._kernels.frame(self._controllers[SCAN], self._scans.read(scan))
-            outputs = self._decide(now, SCAN, stamp=self._measured(now, stamp), **frame)
+            outputs = self._decide(now, SCAN, stamp=self._measured(SCAN, now, stamp), **frame)
         except UNREADABLE as error:
-            self.dropped(self.settings.scan_topic, error)
-            return self.tick(now)
+            return self._refused(SCAN, error, now)
         self._count_time(began)
         return outputs
+
+    def on_cloud(self, now: float, stamp: float, message: Any) -> Outputs:
+        """Take a sensor_msgs/PointCloud2 in the vehicle's frame, of any transport."""
+        self._look_at_clock(now)
+        try:
+            if not self._sensors[CLOUD].accepts(frame_of(message)):
+                return self.tick(now)
+        except UNREADABLE as error:
+            return self._refused(CLOUD, error, now)
+        points = self.points_of(message)
+        return self.tick(now) if points is None else self.on_points(now, stamp, points)
 
     def on_points(self, now: float, stamp: float, points: Any) -> Outputs:
         """Take a cloud in the vehicle's frame: rows x, y, z, or records as ``points_of`` gives them."""
@@ -133,10 +171,9 @@ class BrakeNode:
         self._look_at_clock(now)
         try:
             cloud = only_heights(points, *self.settings.height)
-            outputs = self._decide(now, CLOUD, points=cloud, stamp=self._measured(now, stamp))
+            outputs = self._decide(now, CLOUD, points=cloud, stamp=self._measured(CLOUD, now, stamp))
         except UNREADABLE as error:
-            self.dropped(self.settings.points_topic, error)
-            return self.tick(now)
+            return self._refused(CLOUD, error, now)
         self._count_time(began)
         return outputs
 
@@ -165,9 +202,29 @@ class BrakeNode:
         """Count a message that could not be read."""
         self._dropped.count(topic, str(why))
 
-    def _measured(self, now: float, stamp: float) -> float:
-        """Return when a message was measured: its stamp, or now if that is not set or ``use_stamps`` is false."""
-        return stamp if stamp and self.settings.use_stamps else now
+    def _refused(self, source: str, error: Exception, now: float) -> Outputs:
+        """Count a frame that cannot be used, and decide without it."""
+        self.dropped(self.settings.scan_topic if source == SCAN else self.settings.points_topic, error)
+        if isinstance(error, MixedError):  # what was seen may be of either sensor
+            self._controllers[source].reset()
+        return self.tick(now)
+
+    def _measured(self, source: str, now: float, stamp: float) -> float:
+        """Return when a frame was measured: by its stamp, or now if it has none or ``use_stamps`` is false."""
+        if not self.settings.use_stamps:
+            return now
+        measured = self._stamps[source].measured(stamp, now)
+        if abs(measured - now) > ANOTHER_CLOCK:
+            topic = self.settings.scan_topic if source == SCAN else self.settings.points_topic
+            self._other_clock(topic, measured - now, "it is not safe")
+        return measured
+
+    def _other_clock(self, topic: str, ahead: float, so: str) -> None:
+        """Count a message whose stamp cannot be used."""
+        way = "after" if ahead > 0.0 else "before"
+        why = f"its stamp is {abs(ahead):.3g} s {way} the clock of this node, so {so}: set the clocks, or "
+        why += "set use_stamps to false"
+        self._odd.count(f"{topic}, clock", why)
 
     def _look_at_clock(self, now: float) -> None:
         if now < self._now - CLOCK_JUMP:
@@ -214,7 +271,9 @@ class BrakeNode:
             values += [("age of the speed", f"{now - self._motion.stamp:.4f} s")]
         values += [("latency", f"{self._took * 1e6:.0f} us"), ("worst latency", f"{self._took_at_most * 1e6:.0f} us")]
         self._took_at_most = 0.0
-        return Diagnostics(_level(decision), NAME, str(decision), values + self._counted())
+        mixed = [f"{sensor.name} {sensor.mixed}" for sensor in self._sensors.values() if sensor.mixed]
+        level = ERROR if mixed else _level(decision)
+        return Diagnostics(level, NAME, "; ".join([str(decision), *mixed]), values + self._counted())
 
     def _counted(self) -> list[tuple[str, str]]:
         return self._dropped.values("dropped") + self._odd.values("odd")

@@ -15,6 +15,7 @@ from ttc_fast.ros.dds.participant import Participant
 from ttc_fast.ros.dds.types import message, serialized, time_of
 from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros_messages import float32, float64, laser_scan, odometry, point_cloud
+from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -111,14 +112,14 @@ class DdsNode:
             )
         if settings.speed_topic:
             kinds: dict[str, tuple[Callable[[bytes], Any], Callable[[Any], None]]] = {
-                "nav_msgs/Odometry": (odometry, self._on_odometry),
+                "nav_msgs/Odometry": (odometry, partial(self._on_odometry, settings.speed_topic)),
                 "std_msgs/Float32": (float32, self._on_speed),
                 "std_msgs/Float64": (float64, self._on_speed),
             }
             node.subscribe_by_type(settings.speed_topic, kinds)
             return
         for topic in settings.odom_topics:
-            node.subscribe(topic, "nav_msgs/Odometry", odometry, self._on_odometry)
+            node.subscribe(topic, "nav_msgs/Odometry", odometry, partial(self._on_odometry, topic))
 
     def _publisher(self, topic: str, name: str) -> Publisher | None:
         return self.participant.publisher(topic, name) if topic else None
@@ -129,13 +130,12 @@ class DdsNode:
 
     def _on_points(self, cloud: PointCloud2) -> None:
         now = self._clock()
-        points = self.core.points_of(cloud)
-        if points is not None:
-            self._publish(now, self.core.on_points(now * 1e-9, cloud.stamp * 1e-9, points))
+        self._publish(now, self.core.on_cloud(now * 1e-9, cloud.stamp * 1e-9, cloud))
 
-    def _on_odometry(self, read: Odometry) -> None:
-        now = self._clock() * 1e-9
-        self.core.on_odometry(now, read.stamp * 1e-9, read.speed, read.yaw_rate, read.lateral_speed)
+    def _on_odometry(self, topic: str, read: Odometry) -> None:
+        now, pose = self._clock() * 1e-9, Pose(read.x, read.y, read.yaw)
+        twist = read.speed, read.yaw_rate, read.lateral_speed
+        self.core.on_odometry(now, read.stamp * 1e-9, *twist, pose, topic)
 
     def _on_speed(self, speed: float) -> None:
         self.core.on_speed(self._clock() * 1e-9, speed)

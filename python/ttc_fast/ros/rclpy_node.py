@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,8 @@ from ttc_fast import ros_messages
 from ttc_fast.ros.core import BrakeNode, freeze_heap
 from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.settings import AT_START, NodeSettings, SettingError, parameters_of_node
+from ttc_fast.ros_messages import yaw_of
+from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -49,7 +52,7 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         self._subscribe(LaserScan, settings.scan_topic, self._on_scan)
         self._subscribe(PointCloud2, settings.points_topic, self._on_points)
         for topic in () if settings.speed_topic else settings.odom_topics:
-            self._subscribe(Odometry, topic, self._on_odometry)
+            self._subscribe(Odometry, topic, partial(self._on_odometry, topic))
         self._speed_is_known = not settings.speed_topic
         # The timers run in steady time, so that they also act while a simulated clock stands.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -96,14 +99,14 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         self._publish(self.core.on_scan(self._now(), _seconds(msg.header.stamp), scan))
 
     def _on_points(self, msg: Any) -> None:
-        points = self.core.points_of(msg)
-        if points is not None:
-            self._publish(self.core.on_points(self._now(), _seconds(msg.header.stamp), points))
+        self._publish(self.core.on_cloud(self._now(), _seconds(msg.header.stamp), msg))
 
-    def _on_odometry(self, msg: Any) -> None:
-        twist = msg.twist.twist
+    def _on_odometry(self, topic: str, msg: Any) -> None:
+        twist, pose = msg.twist.twist, msg.pose.pose
         speeds = twist.linear.x, twist.angular.z, twist.linear.y
-        self.core.on_odometry(self._now(), _seconds(msg.header.stamp), *speeds)
+        turned = pose.orientation
+        at = Pose(pose.position.x, pose.position.y, yaw_of(turned.x, turned.y, turned.z, turned.w))
+        self.core.on_odometry(self._now(), _seconds(msg.header.stamp), *speeds, at, topic)
 
     def _on_speed(self, msg: Any) -> None:
         self.core.on_speed(self._now(), msg.data)
@@ -114,7 +117,8 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         known = dict(self.get_topic_names_and_types()).get(self.resolve_topic_name(topic), [])
         for name in known:
             if name in SPEEDS:
-                self._subscribe(SPEEDS[name], topic, self._on_odometry if SPEEDS[name] is Odometry else self._on_speed)
+                of_odometry = partial(self._on_odometry, topic)
+                self._subscribe(SPEEDS[name], topic, of_odometry if SPEEDS[name] is Odometry else self._on_speed)
                 self._speed_is_known = True
                 return
         if known:

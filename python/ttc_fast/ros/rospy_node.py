@@ -22,6 +22,8 @@ from visualization_msgs.msg import Marker
 from ttc_fast.ros.core import BrakeNode, freeze_heap
 from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.settings import NodeSettings, SettingError
+from ttc_fast.ros_messages import yaw_of
+from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -70,7 +72,7 @@ class RospyNode:
         self._subscribe(settings.points_topic, PointCloud2, self._on_points)
         self._subscribe(settings.speed_topic, rospy.AnyMsg, self._on_speed)
         for topic in () if settings.speed_topic else settings.odom_topics:
-            self._subscribe(topic, Odometry, self._on_odometry)
+            self._subscribe(topic, Odometry, partial(self._on_odometry, topic))
 
     def _subscribe(self, topic: str, kind: Any, take: Callable[[Any], None], variant: Any = lambda kind: kind) -> None:
         if topic:
@@ -89,14 +91,14 @@ class RospyNode:
         self._publish(self.core.on_scan(rospy.get_time(), msg.header.stamp.to_sec(), msg))
 
     def _on_points(self, msg: Any) -> None:
-        points = self.core.points_of(msg)
-        if points is not None:
-            self._publish(self.core.on_points(rospy.get_time(), msg.header.stamp.to_sec(), points))
+        self._publish(self.core.on_cloud(rospy.get_time(), msg.header.stamp.to_sec(), msg))
 
-    def _on_odometry(self, msg: Any) -> None:
-        twist = msg.twist.twist
+    def _on_odometry(self, topic: str, msg: Any) -> None:
+        twist, pose = msg.twist.twist, msg.pose.pose
         speeds = twist.linear.x, twist.angular.z, twist.linear.y
-        self.core.on_odometry(rospy.get_time(), msg.header.stamp.to_sec(), *speeds)
+        turned = pose.orientation
+        at = Pose(pose.position.x, pose.position.y, yaw_of(turned.x, turned.y, turned.z, turned.w))
+        self.core.on_odometry(rospy.get_time(), msg.header.stamp.to_sec(), *speeds, at, topic)
 
     def _on_speed(self, msg: Any) -> None:
         """Take a speed; the connection names its type."""
@@ -108,7 +110,7 @@ class RospyNode:
         if speed.unreadable is not None:
             self.core.dropped(topic, speed.unreadable)
         elif kind == Odometry._type:
-            self._on_odometry(speed)
+            self._on_odometry(topic, speed)
         else:
             self.core.on_speed(rospy.get_time(), speed.data)
 

@@ -94,6 +94,9 @@ class NodeSettings:
     points_topic: str = setting(
         "", Text(), "Topic of the PointCloud2 in the vehicle's frame; empty is none. It needs an outline."
     )
+    frame_id: str = setting(
+        "", Text(), "The frame_id of the sensor, where several of them share its topic; messages of others are ignored."
+    )
     odom_topics: tuple[str, ...] = setting(
         ("/odom", "/vesc/odom"), Texts(what="names of topics"), "Topics of the Odometry, any of which serves."
     )

@@ -107,8 +107,8 @@ class ScanReader:
     >>> reader.read(scan)  # doctest: +NORMALIZE_WHITESPACE
     Traceback (most recent call last):
         ...
-    ttc_fast.sensors.oddities.RefusedError: has 9 readings from angle_min -1 rad on, 0.5 rad apart, which end \
-at 3 rad, and angle_max is 1 rad: nobody knows where its beams point
+    ttc_fast.sensors.oddities.RefusedError: has 9 readings that end at 3 rad, and angle_max 1 rad: nobody \
+knows where its beams point
     """
 
     def __init__(self, name: str, odd: Tally) -> None:
@@ -180,10 +180,7 @@ at 3 rad, and angle_max is 1 rad: nobody knows where its beams point
         apart = abs(math.remainder(last - angle_max, TURN)) / step
         if apart <= 0.5:
             return
-        text = (
-            f"has {geometry.beams} readings from angle_min {geometry.angle_min:g} rad on, "
-            f"{geometry.angle_increment:g} rad apart, which end at {last:g} rad, and angle_max is {angle_max:g} rad"
-        )
+        text = f"has {geometry.beams} readings that end at {last:g} rad, and angle_max {angle_max:g} rad"
         if apart > OFF_BY_ONE:
             raise RefusedError(f"{text}: nobody knows where its beams point")
         self._off_by_one = f"{text}, a beam off; the readings are taken as counted from angle_min"
