@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 import ttc_fast
+from tests.support.common import CAR
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 FRAMES = 40
 BEAMS = 31
-SCAN = ttc_fast.ScanTTC(-0.75, 0.05, BEAMS, range_min=0.05, range_max=30.0, outline=(-0.1, 0.4, -0.15, 0.15))
+SCAN = ttc_fast.ScanTTC(-0.75, 0.05, BEAMS, range_min=0.05, range_max=30.0, outline=CAR)
 
 
 @dataclass(frozen=True)
