@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.common import CAR
 from tests.support.dds_harness import DdsHarness
-from tests.support.ros_harness import BEAMS, GEOMETRY, CoreHarness, RclpyHarness, RospyHarness, Seen
+from tests.support.ros_harness import AT_ONCE, BEAMS, GEOMETRY, RclpyHarness, RospyHarness, Seen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -20,32 +20,8 @@ if TYPE_CHECKING:
 
 OUTLINE = list(CAR)
 PERIOD = 0.025
-AT_ONCE = {"trigger": [1, 1], "release": [1, 1], "hold": 0.0, "stopping_distance": False, "use_range_rate": False}
-"""A frame decides by itself."""
 AHEAD = BEAMS // 2
 OK, WARN, ERROR, STALE = range(4)
-
-
-@pytest.fixture(params=["core", "rospy", "rclpy", "dds"])
-def make(request: pytest.FixtureRequest) -> Iterator[Make]:
-    """Make the node with some parameters."""
-    with pytest.MonkeyPatch.context() as patch:
-        kinds: dict[str, Make] = {
-            "core": CoreHarness,
-            "rospy": lambda **parameters: RospyHarness(patch, **parameters),
-            "rclpy": lambda **parameters: RclpyHarness(patch, **parameters),
-            "dds": lambda **parameters: DdsHarness(patch, **parameters),
-        }
-        made = []
-
-        def make_one(**parameters: Any) -> Any:
-            made.append(kinds[request.param](**{**AT_ONCE, **parameters}))
-            return made[-1]
-
-        yield make_one
-        for each in made:
-            if isinstance(each, DdsHarness):
-                each.close()
 
 
 def hall(distance: float = math.inf, beam: int = AHEAD) -> np.ndarray[Any, np.dtype[np.float32]]:

@@ -41,13 +41,19 @@ class Scan(Item):
     topic: str = "/scan"
     angle_min: float = -1.5
     frame: str = "laser"  # five letters: what follows is unaligned in ROS 1
+    angle_max: float = 1.5
+    increment: float | None = None
+    time_increment: float = 0.0
     type = "sensor_msgs/msg/LaserScan"
+
+    @property
+    def step(self) -> float:
+        return 3.0 / max(len(self.ranges) - 1, 1) if self.increment is None else self.increment
 
     def fields(self, types: dict[str, Any]) -> dict[str, Any]:
         del types
-        increment = 3.0 / (len(self.ranges) - 1)
-        angles = {"angle_min": self.angle_min, "angle_max": 1.5, "angle_increment": increment}
-        times = {"time_increment": 0.0, "scan_time": 0.1, "range_min": 0.0625, "range_max": 30.0}
+        angles = {"angle_min": self.angle_min, "angle_max": self.angle_max, "angle_increment": self.step}
+        times = {"time_increment": self.time_increment, "scan_time": 0.1, "range_min": 0.0625, "range_max": 30.0}
         return angles | times | {"ranges": self.ranges, "intensities": np.zeros(0, np.float32)}
 
 
@@ -60,6 +66,7 @@ class Odom(Item):
     yaw: float = 0.0
     topic: str = "/odom"
     frame: str = "odom"
+    lateral_speed: float = 0.0
     type = "nav_msgs/msg/Odometry"
 
     def fields(self, types: dict[str, Any]) -> dict[str, Any]:
@@ -69,7 +76,7 @@ class Odom(Item):
         turned = make("Quaternion", x=0.0, y=0.0, z=math.sin(self.yaw / 2), w=math.cos(self.yaw / 2))
         pose = make("Pose", position=make("Point", x=self.x, y=self.y, z=0.5), orientation=turned)
         turning = make("Vector3", x=0.0, y=0.0, z=self.yaw_rate)
-        twist = make("Twist", linear=make("Vector3", x=self.speed, y=0.0, z=0.0), angular=turning)
+        twist = make("Twist", linear=make("Vector3", x=self.speed, y=self.lateral_speed, z=0.0), angular=turning)
         covariance = np.zeros(36)
         return {
             "child_frame_id": "base_link",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import sys
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,6 +18,8 @@ from ttc_fast.ros.settings import NodeSettings
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from ttc_fast.sensors.odometry import Pose
+
 LEFTMOST = np.pi / 2
 BEAMS = 181
 GEOMETRY = {
@@ -26,6 +29,10 @@ GEOMETRY = {
     "range_min": 0.05,
     "range_max": 30.0,
 }
+
+
+AT_ONCE = {"trigger": [1, 1], "release": [1, 1], "hold": 0.0, "stopping_distance": False, "use_range_rate": False}
+"""A frame decides by itself."""
 
 
 class Seen(NamedTuple):
@@ -51,17 +58,31 @@ class CoreHarness:
         self.now = 100.0
         self.node = BrakeNode(NodeSettings.of(parameters))
 
-    def scan(self, ranges: Any, *, stamp: float | None = None, **geometry: Any) -> Seen:
-        scan = SimpleNamespace(**{**GEOMETRY, **geometry}, ranges=np.asarray(ranges, np.float32))
+    def scan(self, ranges: Any, *, stamp: float | None = None, frame: str = "", **geometry: Any) -> Seen:
+        scan = SimpleNamespace(**{**GEOMETRY, **geometry}, frame_id=frame, ranges=np.asarray(ranges, np.float32))
         return self._seen(self.node.on_scan(self.now, self.now if stamp is None else stamp, scan))
 
-    def points(self, points: Any) -> Seen:
-        return self._seen(self.node.on_points(self.now, self.now, np.asarray(points, np.float32)))
+    def points(self, points: Any, *, frame: str = "") -> Seen:
+        if not frame:
+            return self._seen(self.node.on_points(self.now, self.now, np.asarray(points, np.float32)))
+        fields = [SimpleNamespace(name=name, offset=4 * i, datatype=7, count=1) for i, name in enumerate("xyz")]
+        shape = {"height": 1, "width": len(points), "point_step": 12, "row_step": 12 * len(points)}
+        data = np.asarray(points, np.float32).tobytes()
+        cloud = SimpleNamespace(**shape, fields=fields, data=data, is_bigendian=False, frame_id=frame)
+        return self._seen(self.node.on_cloud(self.now, self.now, cloud))
 
     def odometry(
-        self, speed: float, yaw_rate: float = 0.0, *, stamp: float | None = None, topic: str = "/odom"
+        self,
+        speed: float,
+        yaw_rate: float = 0.0,
+        *,
+        stamp: float | None = None,
+        topic: str = "/odom",
+        lateral_speed: float = 0.0,
+        pose: Pose | None = None,
     ) -> None:
-        self.node.on_odometry(self.now, self.now if stamp is None else stamp, speed, yaw_rate)
+        stamp = self.now if stamp is None else stamp
+        self.node.on_odometry(self.now, stamp, speed, yaw_rate, lateral_speed, pose, topic)
 
     def speed(self, speed: float, kind: str, topic: str) -> None:
         if kind == "Odometry":
@@ -105,15 +126,17 @@ class MessageHarness:
     def stamp(self, seconds: float) -> Any:
         raise NotImplementedError
 
-    def scan(self, ranges: Any, *, stamp: float | None = None, **geometry: Any) -> Seen:
+    def scan(self, ranges: Any, *, stamp: float | None = None, frame: str = "", **geometry: Any) -> Seen:
         message = self.message("sensor_msgs", "LaserScan")
+        message.header.frame_id = frame
         for name, value in {**GEOMETRY, **geometry}.items():
             setattr(message, name, float(value))
         message.ranges = [float(each) for each in np.asarray(ranges, np.float32)]
         return self.sent("/scan", message, stamp)
 
-    def points(self, points: Any, **header: Any) -> Seen:
+    def points(self, points: Any, *, frame: str = "", **header: Any) -> Seen:
         message = self.message("sensor_msgs", "PointCloud2")
+        message.header.frame_id = frame
         rows = np.ascontiguousarray(points, np.float32)
         height, width = rows.shape[:-1] if rows.ndim == 3 else (1, len(rows))
         message.height, message.width, message.point_step, message.row_step = height, width, 12, 12 * width
@@ -127,10 +150,22 @@ class MessageHarness:
         return self.sent("/points", message)
 
     def odometry(
-        self, speed: float, yaw_rate: float = 0.0, *, stamp: float | None = None, topic: str = "/odom"
+        self,
+        speed: float,
+        yaw_rate: float = 0.0,
+        *,
+        stamp: float | None = None,
+        topic: str = "/odom",
+        lateral_speed: float = 0.0,
+        pose: Pose | None = None,
     ) -> None:
         message = self.message("nav_msgs", "Odometry")
         message.twist.twist.linear.x, message.twist.twist.angular.z = float(speed), float(yaw_rate)
+        message.twist.twist.linear.y = float(lateral_speed)
+        if pose is not None:
+            position, turned = message.pose.pose.position, message.pose.pose.orientation
+            position.x, position.y = float(pose.x), float(pose.y)
+            turned.z, turned.w = math.sin(pose.yaw / 2), math.cos(pose.yaw / 2)
         self.sent(topic, message, stamp)
 
     def speed(self, speed: float, kind: str, topic: str) -> None:

@@ -296,7 +296,6 @@ class BagClouds(_BagLog):
 
     def __iter__(self) -> Iterator[CloudFrame]:
         errors, frames = ReadErrors(self.path), 0
-        self.odd = Tally()
         for stamp, message, odometer in self._source.read(errors):
             try:
                 points, oddities = read_pointcloud2(message)

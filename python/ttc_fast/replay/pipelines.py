@@ -9,6 +9,7 @@ brake assesses the points on the path of the vehicle as well.
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog, Lidar, ScanFrame, ScanLog
     from ttc_fast.replay.settings import Settings
 
+MOST_SCANS = 64
+"""A range rate remembers at most this many scans."""
 NO_INTERVAL = (math.nan, math.nan)
 
 
@@ -65,6 +68,9 @@ class Scans:
         self.about = about_scans(log, self.outline, self.mount)
         self.rated = False
         """Whether the range rate gives the closing speeds."""
+        self._recent: deque[tuple[ScanFrame, float]] = deque(maxlen=MOST_SCANS)
+        """The last frames, for a range rate that is not needed before, and how far the vehicle had turned, rad."""
+        self._heading = 0.0
         self.controller = ReplayController(self._configuration, scan=scan)
 
     def scan_of(self, frame: ScanFrame) -> ScanTTC:
@@ -73,19 +79,41 @@ class Scans:
 
     def begin(self, frame: ScanFrame) -> None:
         """Take the first frame into account: where it has no speed, the range rate gives the closing speeds."""
-        self.rated = frame.speed is None
-        if self.rated:
-            configuration = self._configuration
-            if configuration.range_rate is None:
-                configuration = replace(configuration, range_rate={})
-            self.controller = ReplayController(configuration, scan=self._kernels.of(self._geometry))
+        if frame.speed is None:
+            self._rate()
+
+    def _rate(self) -> None:
+        """From now on let the range rate give closing speeds where there is no speed, as it does in a node."""
+        self.rated = True
+        configuration = self._configuration
+        if configuration.range_rate is not None:
+            return  # it has seen every frame
+        before = self.controller.brake
+        self._configuration = replace(configuration, range_rate={})
+        self.controller.brake = after = self._configuration.controller(self._kernels.of(self._geometry))
+        for frame, _ in self._recent:  # it has to have seen the frames before, by the motion that they had
+            data = self._kernels.frame(after, self._scan(frame))
+            after.update(frame.stamp, motion=motion_of(frame), stamp=frame.stamp, **data)
+        rates = after.state()["range_rate"]
+        headings = [heading for _, heading in self._recent]
+        rates = {**rates, "headings": headings[len(headings) - len(rates["headings"]) :]}
+        after.restore({**before.state(), "range_rate": rates})
+
+    def _scan(self, frame: ScanFrame) -> Scan:
+        return Scan(frame.geometry or self._geometry, frame.time_increment, frame.ranges)
 
     def row(self, number: int, frame: ScanFrame) -> Row:
         """Return the row of a frame."""
         stamp, speed = frame.stamp, math.nan if frame.speed is None else frame.speed
-        self.controller.reset_if_set_back(stamp)
-        scan = Scan(frame.geometry or self._geometry, frame.time_increment, frame.ranges)
-        data = self._kernels.frame(self.controller.brake, scan)
+        if self.controller.reset_if_set_back(stamp):
+            self._recent.clear()
+        if not self.rated:
+            if frame.speed is None:
+                self._rate()
+            elif not self._recent or stamp > self._recent[-1][0].stamp:
+                self._heading += frame.yaw_rate * (stamp - self._recent[-1][0].stamp) if self._recent else 0.0
+                self._recent.append((frame, self._heading))
+        data = self._kernels.frame(self.controller.brake, self._scan(frame))
         decision = self.controller.decide(stamp, motion_of(frame), stamp=stamp, **data)
         command, reason, criterion, threats = decision.command, decision.reason, decision.criterion, decision.threats
         nearest = None if threats is None else threats.path or threats.beams

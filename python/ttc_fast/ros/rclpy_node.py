@@ -85,7 +85,8 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         return SetParametersResult(successful=True)
 
     def _now(self) -> float:
-        return float(self.get_clock().now().nanoseconds * 1e-9)
+        seconds, nanoseconds = divmod(self.get_clock().now().nanoseconds, 10**9)
+        return float(seconds + nanoseconds * 1e-9)  # rounded as stamps are
 
     def _on_scan(self, msg: Any) -> None:
         try:

@@ -32,6 +32,8 @@ SPAN = 0.2
 """s; a motion is derived from poses that are this far apart at least, where there are any: stamps jitter by some ms."""
 INTERVAL = 0.5
 """s; a twist is compared with poses over this at least, as poses jitter by some cm."""
+ROUNDING = 1e-3
+"""s; intervals may be this much shorter, so that stamps which are rounded in another way end them alike."""
 PAUSE = 1.0
 """s; poses that are further apart than this are not compared with a twist."""
 CLEARLY = 0.3
@@ -148,7 +150,7 @@ class OdometryReader:
         poses = self._poses
         if poses and not poses[-1][0] < stamp:  # the clock was set back, or nothing has passed
             poses.clear()
-        while len(poses) > 1 and poses[1][0] <= stamp - SPAN:
+        while len(poses) > 1 and poses[1][0] <= stamp - SPAN + ROUNDING:
             poses.popleft()
         return poses[0] if poses else None
 
@@ -175,7 +177,7 @@ class TwistCheck:
         if interval and not 0.0 < stamp - interval[-1][0] <= PAUSE:
             interval.clear()
         interval.append((stamp, pose, said))
-        if stamp - interval[0][0] >= INTERVAL:
+        if stamp - interval[0][0] >= INTERVAL - ROUNDING:
             self._compare()
             del interval[:-1]
 

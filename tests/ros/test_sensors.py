@@ -1,0 +1,308 @@
+"""What drivers really send, through the core and each adapter: odd scans, odd odometry, two sensors, odd clocks."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from tests.support.common import CAR
+from tests.support.ros_harness import BEAMS, CoreHarness
+from ttc_fast.sensors.odometry import Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    Make = Callable[..., Any]
+
+PERIOD = 0.1
+CLOUDS: dict[str, Any] = {"points_topic": "/points", "scan_topic": "", "outline": list(CAR)}
+VOTES = {"trigger": [3, 4]}
+
+
+def reason(node: Any) -> str:
+    text: str = node.diagnostics().values["reason"]
+    return text
+
+
+def said(node: Any) -> str:
+    return " | ".join(f"{key}: {value}" for key, value in node.diagnostics().values.items())
+
+
+def counted(node: Any, key: str) -> int:
+    """How often something odd was counted, or a message dropped."""
+    found = [value for name, value in node.diagnostics().values.items() if name.startswith(key)]
+    return sum(int(value.partition(";")[0]) for value in found)
+
+
+def approach(node: Any, frames: int, beams: Callable[[int], int] = lambda i: BEAMS, **fields: Any) -> list[str]:
+    """A wall comes from 8 m at 1 m/s, without odometry; the reason of each decision."""
+    reasons = []
+    for i in range(frames):
+        node.now += PERIOD
+        count = beams(i)
+        step = 2.0 * math.pi / 2 / (count - 1)
+        geometry = {"angle_increment": step, "angle_max": math.pi / 2, **{k: f(i) for k, f in fields.items()}}
+        node.scan(np.full(count, 8.0 - 0.1 * i), **geometry)
+        reasons.append(reason(node))
+    return reasons
+
+
+# Scans
+
+
+def test_a_time_between_beams_that_is_measured_anew_changes_nothing(make: Make) -> None:
+    rng = np.random.default_rng(0)
+    steady = approach(make(use_range_rate=True), 40)
+    jitters = approach(make(use_range_rate=True), 40, time_increment=lambda i: (0.1 + rng.normal(0.0, 1e-4)) / BEAMS)
+    assert steady == jitters
+    assert steady[-1] != "NO_MOTION"
+
+
+@pytest.mark.parametrize("increment", [-1e-4, math.inf, 153333.3, 0.1])
+def test_a_senseless_time_between_beams_is_taken_for_0_and_said_once(
+    make: Make, increment: float, capfd: pytest.CaptureFixture[str]
+) -> None:
+    node = make()
+    for _ in range(5):
+        node.now += PERIOD
+        node.odometry(1.0)
+        assert node.scan(np.full(BEAMS, 10.0), time_increment=increment).brake is False
+    assert counted(node, "odd: /scan, time_increment") == 5
+    assert capfd.readouterr().err.count("time_increment") == 1
+
+
+def test_scans_of_a_few_readings_more_or_less_go_on(make: Make) -> None:
+    """The range rate goes on by angle: the decisions are those of a scanner that always has as many."""
+    rng = np.random.default_rng(1)
+    steady = approach(make(use_range_rate=True), 70, lambda i: BEAMS)
+    varying = approach(make(use_range_rate=True), 70, lambda i: BEAMS + int(rng.integers(-2, 3)))
+    assert varying[6:] == steady[6:]
+    assert "CRITERION" in steady
+
+
+def test_votes_go_on_over_a_change_of_geometry(make: Make) -> None:
+    node = make(**VOTES)
+    brakes = []
+    for beams in (181, 180, 182):
+        node.now += PERIOD
+        node.odometry(4.0)
+        step = math.pi / (beams - 1)
+        brakes.append(node.scan(np.full(beams, 4.0), angle_increment=step, angle_max=math.pi / 2).brake)
+    assert brakes == [False, False, True]
+
+
+@pytest.mark.parametrize(
+    ("ranges", "geometry"), [([], {}), ([3.0], {"angle_increment": math.inf, "time_increment": math.inf})]
+)
+def test_an_odd_first_scan_is_lost_and_the_others_are_judged(
+    make: Make, ranges: list[float], geometry: dict[str, float]
+) -> None:
+    node = make()
+    assert node.scan(ranges, **geometry).brake is True  # nothing was seen yet
+    node.now += PERIOD
+    node.odometry(1.0)
+    assert node.scan(np.full(BEAMS, 10.0)).brake is False or reason(node) == "HOLD"
+    assert counted(node, "dropped: /scan") == 1
+
+
+def test_a_scanner_whose_scans_are_all_refused_says_so_at_once_and_brakes(
+    make: Make, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Half of the readings were taken out, and the angles still tell of all."""
+    node = make()
+    node.odometry(1.0)
+    assert node.scan(np.full(BEAMS, 10.0), angle_min=-math.pi, angle_max=math.pi).brake is True
+    assert "nobody knows where its beams point" in capfd.readouterr().err
+    assert "nobody knows where its beams point" in node.diagnostics().values["dropped: /scan"]
+    assert node.diagnostics().level == 2
+
+
+@pytest.mark.parametrize(("beams", "odd"), [(BEAMS, 0), (BEAMS - 1, 1), (BEAMS + 1, 1)])
+def test_a_count_off_by_one_is_tolerated_and_counted(make: Make, beams: int, odd: int) -> None:
+    node = make()
+    node.odometry(1.0)
+    assert node.scan(np.full(beams, 10.0), angle_max=math.pi / 2).brake is False
+    assert counted(node, "odd: /scan, angle_max") == odd
+
+
+def test_kernels_are_made_once_for_each_geometry(monkeypatch: pytest.MonkeyPatch) -> None:
+    from ttc_fast.configuration import Configuration
+
+    made = []
+    scanner = Configuration.scanner
+    monkeypatch.setattr(Configuration, "scanner", lambda self, **more: made.append(more) or scanner(self, **more))
+    node = CoreHarness()
+    approach(node, 60, lambda i: BEAMS + i % 5)
+    assert len(made) <= 8
+    made.clear()
+    jitter = np.random.default_rng(0).normal(0.0, 1e-7, 60)
+    approach(node, 60, angle_increment=lambda i: float(np.float32(math.pi / (BEAMS - 1) + jitter[i])))
+    assert len(made) <= 1
+
+
+def test_many_geometries_take_no_more_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    node = CoreHarness()
+    approach(node, 300, lambda i: 20 + i)
+    assert len(node.node._kernels._made) <= 64
+
+
+# Odometry
+
+
+def drive(
+    node: Any, twist: Callable[[float], tuple[float, float]], yaw: float, frames: int = 40, speed: float = 1.0
+) -> Any:
+    """The vehicle drives along its heading, and something is 6 m ahead in the beginning."""
+    seen = []
+    for i in range(frames):
+        node.now += PERIOD
+        way = speed * PERIOD * i
+        vx, vy = twist(speed)
+        pose = Pose(way * math.cos(yaw), way * math.sin(yaw), yaw)
+        node.odometry(vx, lateral_speed=vy, pose=pose)
+        seen.append(node.scan(np.full(BEAMS, max(6.0 - way, 0.3)), angle_max=math.pi / 2).brake)
+    return seen
+
+
+def test_a_twist_in_the_frame_of_the_world_is_turned(make: Make) -> None:
+    for yaw in (math.pi, 2.0):
+        node = make()
+        of_world = drive(node, lambda speed, yaw=yaw: (speed * math.cos(yaw), speed * math.sin(yaw)), yaw, 60)
+        of_vehicle = drive(make(), lambda speed: (speed, 0.0), yaw, 60)
+        assert of_world[20:] == of_vehicle[20:]
+        assert any(of_world[20:])
+        assert "frame of the world" in said(node)
+
+
+@pytest.mark.parametrize("factor", [-1.0, 3.6])
+def test_a_twist_that_contradicts_its_poses_is_not_used_and_brakes(make: Make, factor: float) -> None:
+    node = make(sensor_timeout=0.35)
+    seen = drive(node, lambda speed: (factor * speed, 0.0), 1.0, 40)
+    assert seen[-1] is True
+    assert reason(node) == "NO_MOTION"
+    assert "poses of the same odometry" in said(node)
+
+
+def test_a_twist_that_agrees_with_its_poses_is_used_as_it_is(make: Make) -> None:
+    node = make()
+    assert not any(drive(node, lambda speed: (speed, 0.0), 1.0, 30))
+    assert "odd" not in said(node)
+
+
+def test_a_jump_of_the_pose_changes_nothing(make: Make) -> None:
+    node = make()
+    for i in range(60):
+        node.now += PERIOD
+        jump = 5.0 if i >= 30 else 0.0
+        node.odometry(1.0, pose=Pose(0.1 * i + jump, 0.0, 0.0))
+        assert node.scan(np.full(BEAMS, 10.0)).brake is False
+    assert "odd" not in said(node)
+
+
+def test_where_nobody_filled_in_the_twist_the_poses_tell(make: Make) -> None:
+    derived = drive(make(), lambda speed: (0.0, 0.0), 1.0, 60)
+    assert sum(derived) == pytest.approx(sum(drive(make(), lambda speed: (speed, 0.0), 1.0, 60)), abs=1)
+    assert 5 < sum(derived) < 20
+
+
+def test_two_topics_of_odometry_are_not_compared_with_each_other(make: Make) -> None:
+    node = make()
+    for i in range(60):
+        node.now += PERIOD
+        node.odometry(1.0, pose=Pose(0.1 * i, 0.0, 0.0))
+        node.odometry(1.0, pose=Pose(0.0, 0.1 * i + 7.0, math.pi / 2), topic="/vesc/odom")
+        assert node.scan(np.full(BEAMS, 10.0)).brake is False
+    assert "odd" not in said(node)
+
+
+# Frames
+
+
+def in_turns(node: Any, frames: int, names: tuple[str, str] = ("front", "rear")) -> list[bool]:
+    """Two scanners on one topic: a wall comes closer before the one, and the other sees free space."""
+    brakes = []
+    for i in range(frames):
+        node.now += PERIOD / 2
+        node.odometry(1.0)
+        front = i % 2 == 0
+        ranges = np.full(BEAMS, max(6.0 - 0.05 * i, 0.05) if front else 9.0)
+        brakes.append(node.scan(ranges, frame=names[0] if front else names[1]).brake)
+    return brakes
+
+
+def test_two_scanners_on_one_topic_are_refused_and_brake(make: Make, capfd: pytest.CaptureFixture[str]) -> None:
+    node = make(**VOTES)
+    assert in_turns(node, 20) == [False] + [True] * 19
+    status = node.diagnostics()
+    assert status.level == 2
+    assert "'front' and 'rear'" in status.message
+    assert "choose one with frame_id" in capfd.readouterr().err
+
+
+def test_the_chosen_scanner_is_judged_and_the_other_counted(make: Make) -> None:
+    node = make(**VOTES, frame_id="front")
+    brakes = in_turns(node, 110)
+    assert not any(brakes[:80])
+    assert brakes[-1] is True
+    assert counted(node, "odd: /scan, frame_id 'rear'") == 55
+
+
+def test_the_other_scanner_may_be_chosen(make: Make) -> None:
+    assert not any(in_turns(make(**VOTES, frame_id="/rear"), 110)[1:])
+
+
+def test_two_scanners_without_names_are_found_by_what_they_see(make: Make) -> None:
+    node = make(**VOTES)
+    brakes = in_turns(node, 40, ("", ""))
+    assert brakes[-1] is True
+    assert "two scenes in turns" in node.diagnostics().message
+
+
+def test_two_lidars_on_one_topic_are_refused_and_brake(make: Make) -> None:
+    for chosen, brakes in (("", True), ("left", False)):
+        node = make(**CLOUDS, frame_id=chosen)
+        for i in range(6):
+            node.now += PERIOD
+            node.odometry(1.0)
+            seen = node.points([[20.0, 0.0, 0.5]], frame="right" if i % 2 else "left")
+        assert seen.brake is brakes
+    assert counted(node, "odd: /points, frame_id 'right'") == 3
+
+
+# Clocks
+
+
+def test_a_zero_stamp_among_others_is_a_lost_frame(make: Make) -> None:
+    node = make()
+    for i in range(6):
+        node.now += PERIOD
+        node.odometry(1.0)
+        assert node.scan(np.full(BEAMS, 10.0), stamp=0.0 if i == 3 else node.now - 0.01).brake is False
+    assert counted(node, "dropped: /scan") == 1
+    assert "has no stamp" in said(node)
+
+
+def test_stamps_that_stand_still_are_said_and_brake(make: Make) -> None:
+    node = make()
+    stamp = node.now
+    for _ in range(8):
+        node.odometry(1.0)
+        seen = node.scan(np.full(BEAMS, 10.0), stamp=stamp)
+        node.now += PERIOD
+    assert seen.brake is True
+    assert counted(node, "odd: /scan, stamp") == 7
+
+
+@pytest.mark.parametrize("ahead", [3600.0, -90.0])
+def test_odometry_of_another_clock_is_named_and_not_used(make: Make, ahead: float) -> None:
+    node = make(sensor_timeout=0.35)
+    for _ in range(8):
+        node.now += PERIOD
+        node.odometry(1.0, stamp=node.now + ahead)
+        seen = node.scan(np.full(BEAMS, 10.0))
+    assert seen.brake is True
+    assert counted(node, "odd: /odom, clock") == 8
+    assert "use_stamps" in said(node)
