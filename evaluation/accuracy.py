@@ -164,7 +164,7 @@ def tables(seeds: int) -> str:
     recorded = {name: score for name, score in asked.items() if score is not None}
     beside = [
         "## The alignment beside the best of the others",
-        "The best by these same frames: nobody knows beforehand which it is.",
+        "The best is chosen by these same frames; which one it is, is not known beforehand.",
         "Simulated:",
         BESIDE + _joined(simulated),
     ]
