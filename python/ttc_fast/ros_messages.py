@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 LASER_SCAN = "sensor_msgs/LaserScan"
 ODOMETRY = "nav_msgs/Odometry"
 POINT_CLOUD = "sensor_msgs/PointCloud2"
+TRANSFORMS = ("tf2_msgs/TFMessage", "tf/tfMessage")
 
 
 class MessageError(ValueError):
@@ -95,6 +96,15 @@ class PointCloud2(NamedTuple):
     frame_id: str = ""
 
 
+class Transform(NamedTuple):
+    """A geometry_msgs/TransformStamped: where a frame is in its parent, m, and as a quaternion x, y, z, w."""
+
+    parent: str
+    child: str
+    translation: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+
+
 class Encoding:
     """The encoding of a message: the order of its bytes, and the alignment of its numbers.
 
@@ -110,6 +120,7 @@ class Encoding:
         self.count = struct.Struct(f"{order}I")
         self.scan = struct.Struct(f"{order}7fI")
         self.odometry = struct.Struct(f"{order}7d288x6d")  # the covariance of the pose lies between
+        self.transform = struct.Struct(f"{order}7d")
         self.size = struct.Struct(f"{order}3I")
         self.field = struct.Struct(f"{order}IB")
         self.steps = struct.Struct(f"{order}3I")
@@ -245,6 +256,30 @@ def point_cloud(buffer: Any, start: int = 0, end: int | None = None, *, encoding
         raise MessageError(f"is cut short: data of {size} bytes, {end - at} are left")
     data = memoryview(buffer)[at : at + size]
     return PointCloud2(stamp, height, width, tuple(fields), is_bigendian, point_step, row_step, data, frame_id)
+
+
+def transforms(
+    buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR
+) -> tuple[Transform, ...]:
+    """Read a serialised tf2_msgs/TFMessage; it takes and raises what ``laser_scan`` does."""
+    if end is None:
+        end = len(buffer)
+    encoding = encoding.of(buffer, start, end)
+    count, at = _count(buffer, start + 4 if encoding.align else start, start, end, encoding)
+    found = []
+    for _ in range(count):
+        at = _aligned(at, start, encoding) + (8 if encoding.align else 12)  # the stamp, and in ROS 1 a number
+        parent, at = _string(buffer, at, start, end, encoding)
+        child, at = _string(buffer, at, start, end, encoding)
+        if encoding.align:
+            at += (start + 4 - at) % encoding.widest
+        if at + encoding.transform.size > end:
+            raise _short("TransformStamped", at + encoding.transform.size - start, end - start)
+        x, y, z, *rotation = encoding.transform.unpack_from(buffer, at)
+        qx, qy, qz, qw = rotation
+        found.append(Transform(parent, child, (x, y, z), (qx, qy, qz, qw)))
+        at += encoding.transform.size
+    return tuple(found)
 
 
 def float32(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> float:

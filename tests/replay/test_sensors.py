@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from tests.support.bags import BEGIN, Cloud, Item, Odom, Recorded, Scan, write
+from tests.support.bags import BEGIN, KINDS, Cloud, Item, Odom, Recorded, Scan, Static, write
 from tests.support.common import CAR
 from tests.support.dds_harness import DdsHarness
 from tests.support.ros_harness import CoreHarness, RclpyHarness, RospyHarness
@@ -242,6 +242,47 @@ def test_the_command_names_two_sensors_and_ends_with_a_code(tmp_path: Path, caps
     path = write(tmp_path, "mcap", approach(frame=lambda i: "rear" if i % 2 else "front"))
     assert main(["replay", str(path), "--outline", *map(str, OUTLINE)]) not in (0, PARTIAL)
     assert "choose one with the option frame" in capsys.readouterr().err
+
+
+# Static transforms
+
+LEFT = (0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_mount_comes_from_the_static_transforms_of_the_bag(kind: str, tmp_path: Path) -> None:
+    placed: list[Recorded] = [
+        Static(0.0, -1.0, "base_link", "mast", (0.2, 0.0, 1.0)),
+        Static(0.0, -1.0, "mast", "laser", (0.1, 0.0, 0.0), LEFT),
+    ]
+    log = open_log(write(tmp_path, kind, [*placed, *approach(4)]))
+    assert log.scanner.mount == pytest.approx((0.3, 0.0, math.pi / 2))  # type: ignore[attr-defined]
+    assert log.mounted == "by the static transforms from base_link to laser"  # type: ignore[attr-defined]
+
+
+def test_the_summary_says_which_mount_was_used_and_the_user_wins(tmp_path: Path) -> None:
+    items = [Static(0.0, -1.0, "base_link", "laser", (0.2, 0.0, 1.0), LEFT), *approach()]
+    rows, log, _ = replayed(tmp_path / "a", items)
+    assert "at x 0.2 m, y 0 m, yaw 1.5708 rad, by the static transforms" in dict(log.pipeline.about)["scanner"]
+    assert not any(row.reason is Reason.CRITERION for row in rows)
+    rows, log, _ = replayed(tmp_path / "b", items, mount=(0.0, 0.0, 0.0))
+    assert "static" not in dict(log.pipeline.about)["scanner"]
+    assert any(row.reason is Reason.CRITERION for row in rows)
+    rows, _, _ = replayed(tmp_path / "c", items, base_frame="map")
+    assert any(row.reason is Reason.CRITERION for row in rows)
+
+
+def test_a_scanner_that_hangs_upside_down(tmp_path: Path) -> None:
+    items = [Static(0.0, -1.0, "base_link", "laser", rotation=(1.0, 0.0, 0.0, 0.0)), *approach(4)]
+    log = open_log(write(tmp_path, "mcap", items))
+    assert (log.scanner.angle_min, log.scanner.angle_increment < 0.0) == (1.5, True)  # type: ignore[attr-defined]
+
+
+def test_clouds_of_optical_frames_are_read_with_their_axes(tmp_path: Path) -> None:
+    log = open_log(write(tmp_path, "mcap", [Cloud(0.0, 0.0, frame="camera_optical_frame")]))
+    assert log.lidar.axes == ("z", "-x", "-y")  # type: ignore[attr-defined]
+    list(log)
+    assert "has z forward" in log.odd.sentences()[0]  # type: ignore[attr-defined]
 
 
 # Node and replay

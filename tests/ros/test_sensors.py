@@ -306,3 +306,63 @@ def test_odometry_of_another_clock_is_named_and_not_used(make: Make, ahead: floa
     assert seen.brake is True
     assert counted(node, "odd: /odom, clock") == 8
     assert "use_stamps" in said(node)
+
+
+# Static transforms
+
+UPSIDE_DOWN = (1.0, 0.0, 0.0, 0.0)
+LEFT = (0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))
+
+
+def seen_at(node: Any, beam: int, frame: str = "laser") -> bool:
+    """Whether the node brakes for something near in the direction of one beam."""
+    node.now += PERIOD
+    node.odometry(4.0)
+    ranges = np.full(BEAMS, 25.0)
+    ranges[beam] = 2.0
+    brake: bool = node.scan(ranges, frame=frame, angle_max=math.pi / 2).brake
+    return brake
+
+
+def test_the_mount_comes_from_the_static_transforms(make: Make, capfd: pytest.CaptureFixture[str]) -> None:
+    """The scanner looks to the left, so that its rightmost beam looks ahead."""
+    node = make()
+    node.transform("base_link", "mast", (0.2, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
+    node.transform("mast", "laser", (0.1, 0.0, 0.0), LEFT)
+    assert not seen_at(node, BEAMS // 2)
+    node.wait(0.0)
+    assert seen_at(node, 0)
+    assert node.cause() == pytest.approx((2.3, 0.0), abs=1e-5)
+    assert "by the static transforms from base_link to laser" in capfd.readouterr().err
+
+
+def test_a_scanner_that_hangs_upside_down(make: Make) -> None:
+    """Its beams run the other way round: what it sees left is right."""
+    for rotation, seen in (((0.0, 0.0, 0.0, 1.0), False), (UPSIDE_DOWN, True)):
+        node = make(outline=list(CAR))
+        node.transform("base_link", "laser", (0.0, 0.0, 0.3), rotation)
+        node.now += PERIOD
+        node.odometry(4.0, yaw_rate=8.0 * math.sin(math.radians(30)) / 3.0)  # a circle to the left
+        ranges = np.full(BEAMS, 25.0)
+        ranges[BEAMS // 2 - 30] = 3.0
+        assert node.scan(ranges, frame="laser", angle_max=math.pi / 2).brake is seen
+
+
+def test_a_mount_that_the_user_gives_wins_and_other_base_frames_are_looked_for(make: Make) -> None:
+    for settings, seen in (({"mount": [0.01, 0.0, 0.0]}, True), ({"base_frame": "car"}, True), ({}, False)):
+        node = make(**settings)
+        node.transform("base_link", "laser", (0.2, 0.0, 1.0), LEFT)
+        assert seen_at(node, BEAMS // 2) is seen
+
+
+def test_clouds_of_optical_frames_are_read_with_their_axes(make: Make) -> None:
+    """4 m ahead, and 0.5 m high, in the axes of a camera; and the same from a mast of 1 m."""
+    node = make(**CLOUDS)
+    node.odometry(4.0)
+    assert node.points([[0.0, -0.5, 4.0]], frame="camera_optical_frame").brake is True
+    node = make(**CLOUDS)
+    node.transform("base_link", "camera_optical_frame", (0.5, 0.0, 1.0), (-0.5, 0.5, -0.5, 0.5))
+    node.odometry(4.0)
+    assert node.points([[0.0, 0.5, 4.0], [0.0, 0.0, 0.0]], frame="camera_optical_frame").brake is True
+    assert node.cause() == pytest.approx((4.5, 0.0), abs=1e-5)
+    assert counted(node, "odd: /points, frame") == 1

@@ -10,7 +10,7 @@ import numpy as np
 from rosbags.rosbag1 import Writer as BagWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Bag2Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ROS1_STORE = get_typestore(Stores.ROS1_NOETIC)
+ROS1_STORE.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage"))
 ROS2_STORE = get_typestore(Stores.ROS2_HUMBLE)
 KINDS = ("bag", "bag.bz2", "bag.lz4", "db3", "db3.zstd", "mcap", "mcap.zstd")
 BEGIN = 1_700_000_000_000_000_000  # ns
@@ -115,7 +116,34 @@ class Cloud(Item):
         return shape | {"row_step": width * step, "data": data, "is_dense": True} | self.header
 
 
-Recorded = Scan | Odom | Cloud
+@dataclass(frozen=True)
+class Static(Item):
+    """A static transform."""
+
+    parent: str = "base_link"
+    child: str = "laser"
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    topic: str = "/tf_static"
+    frame: str = ""
+    type = "tf2_msgs/msg/TFMessage"
+
+    def fields(self, types: dict[str, Any]) -> dict[str, Any]:
+        def make(name: str, **fields: Any) -> Any:
+            return types[f"geometry_msgs/msg/{name}"](**fields)
+
+        placed = make(
+            "Transform",
+            translation=make("Vector3", **dict(zip("xyz", self.at, strict=True))),
+            rotation=make("Quaternion", **dict(zip("xyzw", self.rotation, strict=True))),
+        )
+        sequence = {"seq": 7} if "seq" in types["std_msgs/msg/Header"].__dataclass_fields__ else {}
+        time = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
+        header = types["std_msgs/msg/Header"](stamp=time, frame_id=self.parent, **sequence)
+        return {"transforms": [make("TransformStamped", header=header, child_frame_id=self.child, transform=placed)]}
+
+
+Recorded = Scan | Odom | Cloud | Static
 
 
 def serialised(item: Recorded, wire: str) -> bytes:
@@ -125,7 +153,8 @@ def serialised(item: Recorded, wire: str) -> bytes:
     stamp = store.types["builtin_interfaces/msg/Time"](sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
     sequence = {"seq": 7} if wire == "ros1" else {}
     header = store.types["std_msgs/msg/Header"](stamp=stamp, frame_id=item.frame, **sequence)
-    message = store.types[item.type](header=header, **item.fields(store.types))
+    headed = {} if isinstance(item, Static) else {"header": header}
+    message = store.types[item.type](**headed, **item.fields(store.types))
     if wire == "ros1":
         return bytes(store.serialize_ros1(message, item.type))
     return bytes(store.serialize_cdr(message, item.type, little_endian=wire == "little"))

@@ -32,6 +32,7 @@ PACKAGES = (
     "rcl_interfaces",
     "sensor_msgs",
     "std_msgs",
+    "tf2_msgs",
     "visualization_msgs",
 )
 BASE, NAME = 1, 2
@@ -148,7 +149,8 @@ def node_of(graph: Graph) -> type:
             return Publisher(graph, kind, topic)
 
         def create_subscription(self, kind: type[Message], topic: str, call: Any, qos: Any) -> None:
-            assert qos == "sensor data"
+            latched = SimpleNamespace(depth=100, durability="transient local")
+            assert qos == (latched if topic == "/tf_static" else "sensor data")
             graph.subscriptions[topic] = kind, call
 
         def create_timer(self, period: float, call: Any, clock: Any) -> None:
@@ -182,7 +184,11 @@ def install(patch: pytest.MonkeyPatch) -> Graph:
         "rclpy": {"init": lambda args=None: None, "spin": lambda node: None, "try_shutdown": lambda: None},
         "rclpy.node": {"Node": node_of(graph)},
         "rclpy.clock": {"Clock": SimpleNamespace, "ClockType": SimpleNamespace(STEADY_TIME="steady")},
-        "rclpy.qos": {"qos_profile_sensor_data": "sensor data"},
+        "rclpy.qos": {
+            "qos_profile_sensor_data": "sensor data",
+            "QoSProfile": SimpleNamespace,
+            "DurabilityPolicy": SimpleNamespace(TRANSIENT_LOCAL="transient local"),
+        },
     }
     for package in PACKAGES:
         modules[package] = {}

@@ -14,6 +14,7 @@ import pytest
 from tests.support.rclpy_stand_in import install
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.settings import NodeSettings
+from ttc_fast.ros_messages import Transform
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -83,6 +84,9 @@ class CoreHarness:
     ) -> None:
         stamp = self.now if stamp is None else stamp
         self.node.on_odometry(self.now, stamp, speed, yaw_rate, lateral_speed, pose, topic)
+
+    def transform(self, parent: str, child: str, at: Any, rotation: Any) -> None:
+        self.node.on_transforms([Transform(parent, child, at, rotation)])
 
     def speed(self, speed: float, kind: str, topic: str) -> None:
         if kind == "Odometry":
@@ -176,6 +180,15 @@ class MessageHarness:
             message.data = float(speed)
             self.deliver(topic, message)
 
+    def transform(self, parent: str, child: str, at: Any, rotation: Any) -> None:
+        message, placed = self.message("tf2_msgs", "TFMessage"), self.message("geometry_msgs", "TransformStamped")
+        placed.header.frame_id, placed.child_frame_id = parent, child
+        translation, turned = placed.transform.translation, placed.transform.rotation
+        translation.x, translation.y, translation.z = map(float, at)
+        turned.x, turned.y, turned.z, turned.w = map(float, rotation)
+        message.transforms = [placed]
+        self.deliver("/tf_static", message)
+
     def sent(self, topic: str, message: Any, stamp: float | None = None) -> Seen:
         message.header.stamp = self.stamp(self.now if stamp is None else stamp)
         return self.seen(lambda: self.deliver(topic, message))
@@ -233,6 +246,13 @@ class RospyHarness(MessageHarness):
         patch.setattr(rospy, "get_rostime", lambda: rospy.Time.from_sec(harness.now))
         self.rospy = rospy
         self.node = RospyNode(NodeSettings.of(parameters))
+
+    def message(self, package: str, name: str) -> Any:
+        if package != "tf2_msgs":
+            return super().message(package, name)
+        from ttc_fast.ros.rospy_node import TFMessage  # Debian does not install the package with rospy
+
+        return TFMessage()
 
     def stamp(self, seconds: float) -> Any:
         return self.rospy.Time.from_sec(seconds)

@@ -31,6 +31,8 @@ class LogOptions:
         where a folder of clouds has several; the first word of a laser's lines in a CARMEN log.
     frame : str or None
         The ``frame_id`` of the sensor, where several of them share the topic.
+    base_frame : str or None
+        The frame of the vehicle, in which ``/tf_static`` places the sensor; base_link by default.
     clock : str or None
         "header": the stamps of the messages hold. "recorded": the times of recording hold. By default the bag decides.
     odometry_topic : str or None
@@ -73,6 +75,9 @@ class LogOptions:
         "several; the laser of a CARMEN log.",
     )
     frame: str | None = setting(None, Text(), "The frame_id of the sensor, where several of them share the topic.")
+    base_frame: str | None = setting(
+        None, Text(), "The frame of the vehicle, in which /tf_static places the sensor; by default base_link."
+    )
     clock: str | None = setting(
         None,
         Choice(options=("header", "recorded")),

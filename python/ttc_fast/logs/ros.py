@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,16 +13,19 @@ from ttc_fast.ros_messages import (
     LASER_SCAN,
     ODOMETRY,
     POINT_CLOUD,
+    TRANSFORMS,
     MessageError,
     laser_scan,
     odometry,
     point_cloud,
+    transforms,
 )
 from ttc_fast.sensors.clock import Stamps, StampSurvey, other_clock
 from ttc_fast.sensors.frames import MixedError, SensorChoice, mixed_sensors
 from ttc_fast.sensors.oddities import RefusedError, Tally
 from ttc_fast.sensors.odometry import Odometer, OdometryReader, Pose
 from ttc_fast.sensors.scans import Geometry, ScanReader
+from ttc_fast.sensors.transforms import OPTICAL, Transforms, is_level, is_optical
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -29,6 +33,7 @@ if TYPE_CHECKING:
 
     from ttc_fast.logs.container import Container, Topic
     from ttc_fast.logs.options import LogOptions
+    from ttc_fast.sensors.transforms import Mount
 
 NS = 1e-9
 STAMPED = "stamps of the messages"
@@ -49,9 +54,9 @@ def open_bag(bag: Container, options: LogOptions) -> BagScans | BagClouds:
         raise LogError(bag.path, f"has no topic of {LASER_SCAN} or {POINT_CLOUD}; it has {has}")
     source = _Source(bag, topic, _odometry(bag, options), options)
     if topic.type == LASER_SCAN:
-        options.only(("topic", "frame", "clock", *MOTION, *SCANNER), bag.path, f"a log of {LASER_SCAN}")
+        options.only(("topic", "frame", "base_frame", "clock", *MOTION, *SCANNER), bag.path, f"a log of {LASER_SCAN}")
         return BagScans(source, options)
-    options.only(("topic", "frame", "clock", *MOTION, *LIDAR), bag.path, f"a log of {POINT_CLOUD}")
+    options.only(("topic", "frame", "base_frame", "clock", *MOTION, *LIDAR), bag.path, f"a log of {POINT_CLOUD}")
     return BagClouds(source, options)
 
 
@@ -72,6 +77,10 @@ class _Source:
         self._view: Callable[[Any, int, int], Any] = partial(VIEWS[topic.type], encoding=topic.encoding)
         self.geometry: Geometry | None = None
         """The geometry of the first scan that makes sense."""
+        self.frame_id = ""
+        """The frame of the sensor."""
+        self.transforms = Transforms()
+        """The static transforms that were recorded with the first messages."""
         self._recorded = 0
         self._survey()
 
@@ -146,8 +155,16 @@ class _Source:
         errors, frames, sizes, read = ReadErrors(self.bag.path), dict[str, None](), 0, 0
         clocks = {name: StampSurvey(), moving: StampSurvey()}
         sensor, reader, chosen = self._sensor(Tally()), ScanReader(name, Tally()), 0
-        for source, time, buffer, start, end in self.bag.messages({name, moving or name}, errors):
+        static = {
+            each.name: each.encoding
+            for each in self.bag.topics
+            if each.type in TRANSFORMS and each.name.strip("/") == "tf_static"
+        }
+        for source, time, buffer, start, end in self.bag.messages({name, moving or name, *static}, errors):
             try:
+                if source in static:
+                    self.transforms.add(transforms(buffer, start, end, encoding=static[source]))
+                    continue
                 if source != name:
                     assert self._odometry is not None
                     clocks[source].add(odometry(buffer, start, end, encoding=self._odometry.encoding).stamp, time)
@@ -161,7 +178,7 @@ class _Source:
             frames[message.frame_id] = None
             if not self._options.frame or sensor.accepts(message.frame_id):
                 clocks[name].add(message.stamp, time)
-                chosen += 1
+                chosen, self.frame_id = chosen + 1, message.frame_id
                 if self.geometry is None and self.topic.type == LASER_SCAN:
                     self._take_geometry(reader, message, errors)
             if read >= MOST_SURVEYED or sizes >= MOST_BYTES:
@@ -185,6 +202,11 @@ class _Source:
             self.geometry = reader.read(message).geometry
         except RefusedError as error:
             errors.add(f"a scan on {self.topic.name} {error}")
+
+    @property
+    def mount(self) -> Mount | None:
+        """Where the sensor sits on the vehicle, if the static transforms say it."""
+        return self.transforms.mount(self._options.base_frame or "base_link", self.frame_id)
 
     def _decide(self, frames: StampSurvey, moving: StampSurvey | None) -> None:
         """Decide which times hold, by what the first messages say."""
@@ -248,6 +270,12 @@ class BagScans(_BagLog):
     def __init__(self, source: _Source, options: LogOptions) -> None:
         super().__init__(source)
         self._options = options
+        self.mounted = ""
+        """Where the mount comes from, for people; empty where the log does not say it."""
+        mount = source.mount
+        self._mount = mount if mount is not None and is_level(mount) and options.mount is None else None
+        if mount is not None and options.mount is None:
+            self.mounted = mount.text if self._mount else f"at the vehicle's origin: it is {mount.text}"
         assert source.geometry is not None
         self.scanner = self._scanner(source.geometry)
 
@@ -269,9 +297,21 @@ class BagScans(_BagLog):
             yield ScanFrame(stamp, scan.ranges, *odometer.at(stamp), scan.time_increment, geometry)
         errors.raise_if_any(frames)
 
+    def without_mount(self) -> None:
+        """Leave out what the static transforms say, as the user gives a mount."""
+        if self._mount is not None:
+            self._mount, self.mounted = None, ""
+            assert self._source.geometry is not None
+            self.scanner = self._scanner(self._source.geometry)
+
     def _scanner(self, geometry: Geometry) -> Scanner:
-        """Return the scanner of a geometry, with what the user says of it."""
-        return self._options.applied(Scanner(**geometry._asdict()), SCANNER)
+        """Return the scanner of a geometry, with what the transforms and the user say of it."""
+        options, scanner = self._options, Scanner(**geometry._asdict())
+        if self._mount is not None:
+            scanner = replace(scanner, mount=self._mount.place)
+            if self._mount.upside_down and options.upside_down is None:
+                options = replace(options, upside_down=True)
+        return options.applied(scanner, SCANNER)
 
 
 class BagClouds(_BagLog):
@@ -292,11 +332,24 @@ class BagClouds(_BagLog):
 
     def __init__(self, source: _Source, options: LogOptions) -> None:
         super().__init__(source)
-        self.lidar = options.applied(Lidar(sensor_height=None), LIDAR)
+        lidar, mount = Lidar(sensor_height=None), source.mount
+        self.mounted = "" if mount is None else mount.text
+        """Where the mount comes from, for people; empty where the log does not say it."""
+        self.mount = None if mount is None else mount.place
+        """Where the lidar sits in the vehicle's frame, if the log says it: x, y (m) and yaw (rad)."""
+        if is_optical(source.frame_id):
+            lidar = replace(lidar, axes=OPTICAL)
+        elif mount is not None and mount.upside_down:
+            lidar = replace(lidar, axes=("x", "-y", "-z"))
+        self.lidar = options.applied(lidar, LIDAR)
 
     def __iter__(self) -> Iterator[CloudFrame]:
         errors, frames = ReadErrors(self.path), 0
         for stamp, message, odometer in self._source.read(errors):
+            if is_optical(message.frame_id) and self.lidar.axes == OPTICAL:
+                self.odd.count(
+                    f"{self._source.topic.name}, frame", f"{message.frame_id} has z forward, x right, y down"
+                )
             try:
                 points, oddities = read_pointcloud2(message)
             except (ValueError, TypeError) as error:

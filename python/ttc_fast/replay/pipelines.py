@@ -168,10 +168,15 @@ class Clouds:
     def __init__(self, log: CloudLog, settings: Settings) -> None:
         self._configuration = settings.configured()
         scanner = settings.of_scanner
-        self.outline, self.mount = scanner.get("outline"), tuple(scanner.get("mount", (0.0, 0.0, 0.0)))
+        recorded = getattr(log, "mount", None) or (0.0, 0.0, 0.0)
+        self.outline, self.mount = scanner.get("outline"), tuple(scanner.get("mount", recorded))
         self.lidar = with_bumper(log.lidar, self.outline, self.mount)
         self.gate = settings.gate_of(self.lidar)
         self.about = about_clouds(self.gate, self.lidar.front_offset)
+        mounted = getattr(log, "mounted", "")
+        if mounted and "mount" not in scanner:
+            x, y, yaw = self.mount
+            self.about.insert(0, ("lidar", f"at x {x:g} m, y {y:g} m, yaw {yaw:g} rad, {mounted}"))
         self.path: SweptPath | None = None
         self._tracker = self._new_tracker()
         self.controller = ReplayController(self._configuration)
@@ -301,6 +306,8 @@ def about_scans(log: ScanLog, outline: Any, mount: tuple[float, ...]) -> list[tu
     """Return the lines of a summary that say what the numbers of scans rest on."""
     x, y, yaw = mount
     scanner = f"{log.scanner.beams} beams, at x {x:g} m, y {y:g} m, yaw {yaw:g} rad"
+    mounted = getattr(log, "mounted", "")
+    scanner += f", {mounted}" if mounted else ""
     if outline is None:
         problem = "from the scanner, so TTC is too long by (scanner to edge of the vehicle) / closing speed"
         return [("scanner", scanner), ("distance", f"{problem}; --outline says where the vehicle ends")]

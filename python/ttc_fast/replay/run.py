@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast.brake import Reason
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
+from ttc_fast.logs.ros import BagScans
 from ttc_fast.replay.pipelines import Clouds, Distances, Scans
 from ttc_fast.replay.settings import Settings
 from ttc_fast.replay.summary import Summary
@@ -180,6 +181,8 @@ class Replay:
     def __init__(self, path: str | PathLike[str], settings: Settings | None = None) -> None:
         settings = settings or Settings()
         self.log = open_log(path, **settings.of_log)
+        if isinstance(self.log, BagScans) and settings.of_scanner.get("mount") is not None:
+            self.log.without_mount()
         kind: Any = Distances
         if isinstance(self.log, ScanLog):
             kind = Scans

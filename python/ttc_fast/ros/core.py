@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import math
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,18 +17,23 @@ from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.brake.state import CLOCK_TOLERANCE
 from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
+from ttc_fast.ros_messages import Transform
 from ttc_fast.sensors.clock import ANOTHER_CLOCK, Stamps
 from ttc_fast.sensors.frames import MixedError, SensorChoice, frame_of
 from ttc_fast.sensors.oddities import Tally, say_on_console
 from ttc_fast.sensors.odometry import OdometryReader
 from ttc_fast.sensors.scans import Geometry, ScanKernels, ScanReader
+from ttc_fast.sensors.transforms import Transforms, in_vehicle_frame, is_level, is_optical
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from ttc_fast.brake import BrakeController, Decision
     from ttc_fast.ros.settings import NodeSettings
     from ttc_fast.sensors.odometry import Pose
+    from ttc_fast.sensors.transforms import Mount
 
 __all__ = ["ERROR", "OK", "STALE", "WARN", "BrakeNode", "Cause", "Diagnostics", "Drive", "Outputs"]
 
@@ -77,6 +83,10 @@ class BrakeNode:
         self._dropped, self._odd = Tally(say_on_console), Tally(say_on_console)
         self._scans = ScanReader(settings.scan_topic, self._odd)
         self._controllers: dict[str, BrakeController] = {}
+        self._transforms = Transforms()
+        self._kernels: ScanKernels
+        self._mount: tuple[float, float, float] = settings.mount
+        self._upside_down = False
         self.settings = settings
         self._forget()
         self.change(settings)
@@ -85,7 +95,8 @@ class BrakeNode:
         """Go on with other settings; votes and held brakes stay."""
         self.settings = settings
         self._configuration = settings.configuration()
-        self._kernels = ScanKernels(self._configuration)
+        self._placed.clear()
+        self._place(None)
         self._motion_timeout = self._configuration.brake.get("motion_timeout", BrakeSettings.motion_timeout)
         controllers, self._controllers = self._controllers, {}
         if settings.scan_topic:
@@ -107,6 +118,7 @@ class BrakeNode:
         self._odometry: dict[str, OdometryReader] = {}
         topics, chosen = {SCAN: self.settings.scan_topic, CLOUD: self.settings.points_topic}, self.settings.frame_id
         self._stamps = {source: Stamps(topic, self._odd) for source, topic in topics.items()}
+        self._placed: dict[str, tuple[str, Mount | None]] = {}
         self._sensors = {source: SensorChoice(topic, self._odd, chosen) for source, topic in topics.items()}
 
     def on_odometry(
@@ -145,8 +157,11 @@ class BrakeNode:
         began = time.perf_counter()
         self._look_at_clock(now)
         try:
-            if not self._sensors[SCAN].accepts(frame_of(scan), scan.ranges):
+            frame_id = frame_of(scan)
+            if not self._sensors[SCAN].accepts(frame_id, scan.ranges):
                 return self.tick(now)
+            if frame_id and SCAN not in self._placed:
+                self._place(frame_id)
             frame = self._kernels.frame(self._controllers[SCAN], self._scans.read(scan))
             outputs = self._decide(now, SCAN, stamp=self._measured(SCAN, now, stamp), **frame)
         except UNREADABLE as error:
@@ -162,8 +177,48 @@ class BrakeNode:
                 return self.tick(now)
         except UNREADABLE as error:
             return self._refused(CLOUD, error, now)
-        points = self.points_of(message)
-        return self.tick(now) if points is None else self.on_points(now, stamp, points)
+        points, frame_id = self.points_of(message), frame_of(message) or ""
+        if points is None:
+            return self.tick(now)
+        mount = self._mount_of(CLOUD, frame_id)
+        if mount is not None or is_optical(frame_id):
+            if points.dtype.names:
+                points = recfunctions.structured_to_unstructured(points[["x", "y", "z"]])
+            points = in_vehicle_frame(points, mount, frame_id)
+            how = "has z forward, x right, y down" if mount is None else f"is {mount.text}"
+            self._odd.count(f"{self.settings.points_topic}, frame", f"{frame_id} {how}")
+        return self.on_points(now, stamp, points)
+
+    def on_transforms(self, transforms: Iterable[Transform]) -> None:
+        """Take the static transforms of a tf2_msgs/TFMessage, which place the sensors on the vehicle."""
+        try:
+            if self._transforms.add(transforms):
+                self._placed.clear()
+        except UNREADABLE as error:
+            self.dropped("/tf_static", error)
+
+    def _place(self, frame_id: str | None) -> None:
+        """Place the scanner: as the user says, or by the static transforms, or at the vehicle's origin."""
+        configuration, mount = self._configuration, None
+        if frame_id is not None:
+            mount = self._mount_of(SCAN, frame_id)
+            if mount is None or "mount" in configuration.scan or not is_level(mount):
+                return
+            configuration = replace(configuration, scan={**configuration.scan, "mount": mount.place})
+            if mount.place == self._mount and mount.upside_down is self._upside_down:
+                return
+            say_on_console(f"{self.settings.scan_topic}: the scanner is mounted {mount.text}")
+        self._mount = self.settings.mount if mount is None else mount.place
+        self._upside_down = mount is not None and mount.upside_down
+        self._kernels = ScanKernels(configuration, upside_down=self._upside_down)
+
+    def _mount_of(self, source: str, frame_id: str) -> Mount | None:
+        """Return where the sensor of a frame sits by the static transforms, as far as they have come."""
+        frame, mount = self._placed.get(source, ("", None))
+        if frame != frame_id:
+            mount = self._transforms.mount(self.settings.base_frame, frame_id)
+            self._placed[source] = frame_id, mount
+        return mount
 
     def on_points(self, now: float, stamp: float, points: Any) -> Outputs:
         """Take a cloud in the vehicle's frame: rows x, y, z, or records as ``points_of`` gives them."""
@@ -288,7 +343,7 @@ class BrakeNode:
         ):
             return None
         threat = decision.threat
-        x, y, yaw = (0.0, 0.0, 0.0) if self._source == CLOUD else self.settings.mount
+        x, y, yaw = (0.0, 0.0, 0.0) if self._source == CLOUD else self._mount
         direction = yaw + threat.angle
         x, y = x + threat.range * math.cos(direction), y + threat.range * math.sin(direction)
         return Cause(self.settings.base_frame, x, y, decision.command, str(decision))
@@ -349,6 +404,16 @@ def only_heights(points: Any, low: float, high: float) -> NDArray[np.floating[An
     aside &= np.isfinite(cloud).all(axis=1) & (cloud != 0.0).any(axis=1)  # other rows are no points
     cloud[aside, :2] = FAR_AWAY
     return cloud
+
+
+def on_transforms(node: BrakeNode, message: Any) -> None:
+    """Hand a tf2_msgs/TFMessage of rospy or rclpy to a node."""
+    found = []
+    for each in message.transforms:
+        at, turned = each.transform.translation, each.transform.rotation
+        rotation = turned.x, turned.y, turned.z, turned.w
+        found.append(Transform(each.header.frame_id, each.child_frame_id, (at.x, at.y, at.z), rotation))
+    node.on_transforms(found)
 
 
 def freeze_heap() -> None:

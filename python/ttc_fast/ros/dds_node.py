@@ -14,7 +14,7 @@ from ttc_fast.ros.core import BrakeNode, freeze_heap
 from ttc_fast.ros.dds.participant import Participant
 from ttc_fast.ros.dds.types import message, serialized, time_of
 from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
-from ttc_fast.ros_messages import float32, float64, laser_scan, odometry, point_cloud
+from ttc_fast.ros_messages import float32, float64, laser_scan, odometry, point_cloud, transforms
 from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
@@ -104,6 +104,7 @@ class DdsNode:
 
     def _subscribe(self) -> None:
         settings, node = self.settings, self.participant
+        node.subscribe("/tf_static", "tf2_msgs/TFMessage", transforms, self.core.on_transforms, latched=True)
         if settings.scan_topic:
             node.subscribe(settings.scan_topic, "sensor_msgs/LaserScan", laser_scan, self._on_scan, sensor_data=True)
         if settings.points_topic:

@@ -20,7 +20,7 @@ from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
 from ttc_fast import ros_messages
-from ttc_fast.ros.core import BrakeNode, freeze_heap
+from ttc_fast.ros.core import BrakeNode, freeze_heap, on_transforms
 from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.settings import AT_START, NodeSettings, SettingError, parameters_of_node
 from ttc_fast.ros_messages import yaw_of
@@ -51,6 +51,7 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         self._marker = self._publisher(Marker, settings.marker_topic)
         self._subscribe(LaserScan, settings.scan_topic, self._on_scan)
         self._subscribe(PointCloud2, settings.points_topic, self._on_points)
+        self._subscribe_to_transforms()
         for topic in () if settings.speed_topic else settings.odom_topics:
             self._subscribe(Odometry, topic, partial(self._on_odometry, topic))
         self._speed_is_known = not settings.speed_topic
@@ -66,6 +67,17 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         """Subscribe as sensors publish: best effort, which receives from reliable publishers as well."""
         if topic:
             self.create_subscription(kind, topic, take, qos_profile_sensor_data)
+
+    def _subscribe_to_transforms(self) -> None:
+        """Subscribe to the static transforms, those that were published before included."""
+        try:
+            from rclpy.qos import DurabilityPolicy, QoSProfile
+            from tf2_msgs.msg import TFMessage
+        except ImportError:
+            return  # a ROS without them has none
+        latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        take = partial(on_transforms, self.core)
+        self.create_subscription(TFMessage, "/tf_static", take, latched)
 
     def _parameters_now(self) -> dict[str, Any]:
         return {each.name: _plain(self.get_parameter(each.name).value) for each in parameters_of_node()}

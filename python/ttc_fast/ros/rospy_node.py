@@ -19,7 +19,7 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
-from ttc_fast.ros.core import BrakeNode, freeze_heap
+from ttc_fast.ros.core import BrakeNode, freeze_heap, on_transforms
 from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.settings import NodeSettings, SettingError
 from ttc_fast.ros_messages import yaw_of
@@ -50,6 +50,36 @@ AckermannDriveStamped = generate_dynamic("ackermann_msgs/AckermannDriveStamped",
     "ackermann_msgs/AckermannDriveStamped"
 ]
 """The type of ackermann_msgs, with the same MD5 sum; Debian does not package it."""
+TRANSFORMS = """\
+geometry_msgs/TransformStamped[] transforms
+================================================================================
+MSG: geometry_msgs/TransformStamped
+Header header
+string child_frame_id
+geometry_msgs/Transform transform
+================================================================================
+MSG: std_msgs/Header
+uint32 seq
+time stamp
+string frame_id
+================================================================================
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+================================================================================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+================================================================================
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+"""
+TFMessage = generate_dynamic("tf2_msgs/TFMessage", TRANSFORMS)["tf2_msgs/TFMessage"]
+"""The type of tf2_msgs, with the same MD5 sum."""
 SPEEDS = {kind._type: kind for kind in (Odometry, Float32, Float64)}
 BYTES_AT_ONCE = {LaserScan: 2**18, PointCloud2: 2**24}
 """The bytes that are read from a connection at once. With less than a message, old messages would queue up there."""
@@ -71,6 +101,8 @@ class RospyNode:
         self._subscribe(settings.scan_topic, LaserScan, self._on_scan, numpy_msg)
         self._subscribe(settings.points_topic, PointCloud2, self._on_points)
         self._subscribe(settings.speed_topic, rospy.AnyMsg, self._on_speed)
+        call = partial(self._safely, "/tf_static", partial(on_transforms, self.core))
+        rospy.Subscriber("/tf_static", forgiving(TFMessage), call, queue_size=100)
         for topic in () if settings.speed_topic else settings.odom_topics:
             self._subscribe(topic, Odometry, partial(self._on_odometry, topic))
 

@@ -193,10 +193,13 @@ class ScanKernels:
     ----------
     configuration : Configuration
         The settings of the scanner; what it says of the geometry wins.
+    upside_down : bool
+        Whether the scanner hangs upside down, so that its beams run the other way round.
     """
 
-    def __init__(self, configuration: Configuration) -> None:
+    def __init__(self, configuration: Configuration, *, upside_down: bool = False) -> None:
         self._configuration = configuration
+        self._upside_down = upside_down
         self._made: dict[Geometry, ScanTTC] = {}
         self._fitted: tuple[Geometry, BrakeController] | None = None
         self._has_time_increment = "time_increment" in configuration.brake
@@ -209,7 +212,10 @@ class ScanKernels:
             known = next((each for each in reversed(made) if each.is_nearly(geometry)), geometry)
         scan = made.pop(known, None)
         if scan is None:
-            scan = self._configuration.scanner(**geometry._asdict())
+            turned = geometry
+            if self._upside_down:
+                turned = geometry._replace(angle_min=-geometry.angle_min, angle_increment=-geometry.angle_increment)
+            scan = self._configuration.scanner(**turned._asdict())
             if len(made) >= KEPT:
                 del made[next(iter(made))]
         made[known] = scan  # the newest is last

@@ -173,7 +173,14 @@ class Participant:
         self._discovery = self._writer("ros_discovery_info", "rmw_dds_common/ParticipantEntitiesInfo", qos.DISCOVERY)
 
     def subscribe(
-        self, topic: str, name: str, decode: Decode, take: Take, *, sensor_data: bool = False
+        self,
+        topic: str,
+        name: str,
+        decode: Decode,
+        take: Take,
+        *,
+        sensor_data: bool = False,
+        latched: bool = False,
     ) -> Subscription:
         """Read a topic.
 
@@ -189,13 +196,16 @@ class Participant:
             Called with each message, by the ``take`` of the participant.
         sensor_data : bool
             Whether a lost message is not sent again, because the next one is better.
+        latched : bool
+            Whether what was sent before is received too.
 
         Returns
         -------
         Subscription
         """
         full = self._resolved(topic)
-        quality = qos.with_user_data(qos.SENSOR_DATA if sensor_data else qos.DEFAULT, self._hash(name))
+        chosen = qos.LATCHED if latched else qos.SENSOR_DATA if sensor_data else qos.DEFAULT
+        quality = qos.with_user_data(chosen, self._hash(name))
         reader = DataReader(self._participant, self._topic(dds_topic(full), name), quality)
         self._wake_for(ReadCondition(reader, ANY))
         self.subscriptions.append(Subscription(reader, full, decode, take))

@@ -20,6 +20,13 @@ DEFAULT = Qos(
     Policy.WriterDataLifecycle(autodispose=False),
 )
 """All other topics use this."""
+LATCHED = Qos(
+    PLAIN_CDR,
+    Policy.Reliability.Reliable(PATIENCE),
+    Policy.History.KeepLast(100),
+    Policy.Durability.TransientLocal,
+)
+"""Static transforms use this: a reader that comes later receives what each publisher sent last."""
 DISCOVERY = Qos(
     PLAIN_CDR,
     Policy.Reliability.Reliable(PATIENCE),

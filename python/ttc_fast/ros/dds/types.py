@@ -31,6 +31,9 @@ DEFINITIONS = {
     "geometry_msgs/PoseWithCovariance": "Pose pose; float64[36] covariance",
     "geometry_msgs/Twist": "Vector3 linear; Vector3 angular",
     "geometry_msgs/TwistWithCovariance": "Twist twist; float64[36] covariance",
+    "geometry_msgs/Transform": "Vector3 translation; Quaternion rotation",
+    "geometry_msgs/TransformStamped": "std_msgs/Header header; string child_frame_id; Transform transform",
+    "tf2_msgs/TFMessage": "geometry_msgs/TransformStamped[] transforms",
     "nav_msgs/Odometry": (
         "std_msgs/Header header; string child_frame_id; geometry_msgs/PoseWithCovariance pose; "
         "geometry_msgs/TwistWithCovariance twist"
@@ -83,6 +86,7 @@ HASHES = {
     "nav_msgs/Odometry": "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
     "sensor_msgs/LaserScan": "64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828",
     "sensor_msgs/PointCloud2": "9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5",
+    "tf2_msgs/TFMessage": "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
     "std_msgs/Bool": "feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9",
     "std_msgs/Float32": "7170d3d8f841f7be3172ce5f4f59f3a4d7f63b0447e8b33327601ad64d83d6e2",
     "std_msgs/Float64": "705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a",
