@@ -128,6 +128,18 @@ def test_a_count_off_by_one_is_tolerated_and_counted(make: Make, beams: int, odd
     assert counted(node, "odd: /scan, angle_max") == odd
 
 
+def test_a_count_that_was_rounded_down_is_tolerated_and_two_beams_are_not(make: Make) -> None:
+    """A turn in steps of 0.007 rad: 897 readings where 897.6 fit, and one of them is counted as a step."""
+    node = make()
+    node.odometry(1.0)
+    turn = {"angle_min": -math.pi, "angle_max": math.pi, "angle_increment": 0.007}
+    assert node.scan(np.full(897, 10.0), **turn).brake is False
+    assert counted(node, "odd: /scan, angle_max") == 1
+    node.now += PERIOD
+    node.scan(np.full(896, 10.0), **turn)
+    assert counted(node, "dropped: /scan") == 1
+
+
 def test_kernels_are_made_once_for_each_geometry(monkeypatch: pytest.MonkeyPatch) -> None:
     from ttc_fast.configuration import Configuration
 

@@ -7,7 +7,8 @@ where its own beams are, and a ``ScanReader`` checks what it says [sensor_msgs/L
 - ``time_increment`` only corrects the age of a beam by milliseconds. A senseless one is taken for 0.
 - ``angle_max`` is the angle of the last beam. If it is not where ``angle_min``, ``angle_increment`` and the number of
   readings put that beam, nobody knows where the beams point, and the scan is refused. Drivers that count the readings
-  as if they were the steps between them are off by one beam, which is tolerated.
+  as if they were the steps between them are off by one beam, and where they round the count down by less than two,
+  which is tolerated.
 
 ``ScanKernels`` keeps a ``ScanTTC`` for each geometry. Two geometries that differ by less than a sixteenth of a beam are
 taken for one: the increments that drivers compute anew in each scan differ in their last digits.
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
 
 LONGEST_SCAN = 1.5
 """s; no scanner takes longer for one scan, so a ``time_increment`` that says so is senseless."""
-OFF_BY_ONE = 1.5
-"""The number of readings may differ by less than this from what ``angle_max`` says."""
+OFF_BY_ONE = 1.99
+"""The number of readings may differ by up to this from what ``angle_max`` says: one, and what was rounded down."""
 SAME = 1.0 / 16.0
 """Of a beam: two geometries whose first and last beams are this near are one."""
 KEPT = 64
