@@ -230,6 +230,17 @@ def test_two_clocks_that_cannot_be_compared_are_named_and_one_is_chosen(ahead: f
     assert (lost, log.log.clock) == ("", "times of recording, as chosen")
 
 
+@pytest.mark.parametrize(("ahead", "why"), [(5.0, "later than the frame"), (-5.0, "5.02 s older than the frame")])
+def test_odometry_whose_clock_is_off_by_seconds_is_named(ahead: float, why: str, tmp_path: Path) -> None:
+    items = [
+        Odom(item.recorded + ahead, item.recorded, speed=1.0) if isinstance(item, Odom) else item for item in approach()
+    ]
+    rows, log, _ = replayed(tmp_path, items)
+    assert all(math.isnan(row.speed) for row in rows[:40])
+    assert any("/odom, clock" in each for each in log.summary.odd)
+    assert why in log.summary.odd[0] or ahead < 0.0
+
+
 def test_stamps_that_stand_still_are_no_silence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = write(tmp_path, "mcap", approach(stamp=lambda i: 1.0))
     main(["replay", str(path), "--outline", *map(str, OUTLINE), "--rows", "0"])
@@ -355,7 +366,7 @@ def test_a_node_decides_as_the_replay_of_the_same_messages(
 def test_range_rates_of_node_and_replay_are_the_same_bits(gap: int, tmp_path: Path) -> None:
     """Odometry is never there, or fails on the way while the vehicle turns."""
     items = [
-        item if isinstance(item, Scan) else Odom(item.stamp, item.recorded, speed=1.0, yaw_rate=0.01)
+        item if isinstance(item, Scan) else Odom(item.stamp, item.recorded, speed=1.0, yaw_rate=0.3)
         for i, item in enumerate(approach())
         if isinstance(item, Scan) or i < 2 * gap
     ]

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tests.support.common import CAR
-from tests.support.ros_harness import BEAMS, CoreHarness
+from tests.support.ros_harness import BEAMS, GEOMETRY, CoreHarness
 from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
@@ -361,8 +363,8 @@ def test_a_scanner_that_hangs_upside_down(make: Make) -> None:
 
 
 def test_a_mount_that_the_user_gives_wins_and_other_base_frames_are_looked_for(make: Make) -> None:
-    for settings, seen in (({"mount": [0.01, 0.0, 0.0]}, True), ({"base_frame": "car"}, True), ({}, False)):
-        node = make(**settings)
+    for parameters, seen in (({"mount": [0.01, 0.0, 0.0]}, True), ({"base_frame": "car"}, True), ({}, False)):
+        node = make(**parameters)
         node.transform("base_link", "laser", (0.2, 0.0, 1.0), LEFT)
         assert seen_at(node, BEAMS // 2) is seen
 
@@ -378,3 +380,37 @@ def test_clouds_of_optical_frames_are_read_with_their_axes(make: Make) -> None:
     assert node.points([[0.0, 0.5, 4.0], [0.0, 0.0, 0.0]], frame="camera_optical_frame").brake is True
     assert node.cause() == pytest.approx((4.5, 0.0), abs=1e-5)
     assert counted(node, "odd: /points, frame") == 1
+
+
+# Anything at all
+
+NUMBERS = st.sampled_from([0.0, -0.0, 1.0, -1.0, 0.02, 1e-9, 1e9, -1e300, math.inf, -math.inf, math.nan])
+READINGS = st.sampled_from([0.0, 2.0, -1.0, 9.0, math.inf, -math.inf, math.nan])
+FRAMES = st.sampled_from(["laser", "rear", "", "/laser", "camera_optical_frame"])
+HEADERS = dict.fromkeys((*GEOMETRY, "angle_max"), NUMBERS)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    scans=st.lists(
+        st.tuples(st.fixed_dictionaries({}, optional=HEADERS), st.integers(0, 40), READINGS, NUMBERS, FRAMES),
+        max_size=8,
+    ),
+    twists=st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS, NUMBERS, NUMBERS), min_size=8, max_size=8),
+)
+def test_whatever_a_driver_sends_nothing_raises_and_nothing_unseen_is_safe(scans: Any, twists: Any) -> None:
+    node = CoreHarness()
+    frames = set()
+    for (header, beams, reading, stamp, frame), (speed, yaw_rate, lateral, x, y, yaw) in zip(
+        scans, twists, strict=False
+    ):
+        node.now += PERIOD
+        node.odometry(speed, yaw_rate, stamp=stamp, lateral_speed=lateral, pose=Pose(x, y, yaw))
+        seen = node.scan(np.full(beams, reading), stamp=node.now, frame=frame, **header)
+        decision = node.node._latest
+        assert decision is not None
+        frames.add(frame.lstrip("/"))
+        judged = decision.status is not None and decision.reason.name not in ("WAITING", "STALE", "BLIND", "NO_MOTION")
+        assert seen.brake or judged or counted(node, "dropped: /scan")
+        assert len(frames) < 2 or seen.brake
+    node.diagnostics()

@@ -170,24 +170,9 @@ class BrakeNode:
         return outputs
 
     def on_cloud(self, now: float, stamp: float, message: Any) -> Outputs:
-        """Take a sensor_msgs/PointCloud2 in the vehicle's frame, of any transport."""
-        self._look_at_clock(now)
-        try:
-            if not self._sensors[CLOUD].accepts(frame_of(message)):
-                return self.tick(now)
-        except UNREADABLE as error:
-            return self._refused(CLOUD, error, now)
-        points, frame_id = self.points_of(message), frame_of(message) or ""
-        if points is None:
-            return self.tick(now)
-        mount = self._mount_of(CLOUD, frame_id)
-        if mount is not None or is_optical(frame_id):
-            if points.dtype.names:
-                points = recfunctions.structured_to_unstructured(points[["x", "y", "z"]])
-            points = in_vehicle_frame(points, mount, frame_id)
-            how = "has z forward, x right, y down" if mount is None else f"is {mount.text}"
-            self._odd.count(f"{self.settings.points_topic}, frame", f"{frame_id} {how}")
-        return self.on_points(now, stamp, points)
+        """Take a sensor_msgs/PointCloud2 of any transport."""
+        points = self.points_of(message)
+        return self.tick(now) if points is None else self.on_points(now, stamp, points)
 
     def on_transforms(self, transforms: Iterable[Transform]) -> None:
         """Take the static transforms of a tf2_msgs/TFMessage, which place the sensors on the vehicle."""
@@ -233,20 +218,35 @@ class BrakeNode:
         return outputs
 
     def points_of(self, message: Any) -> Any:
-        """Return a view of the points of a sensor_msgs/PointCloud2, or count an unreadable message and return None.
+        """Return the points of a sensor_msgs/PointCloud2 in the vehicle's frame, or None where it cannot be used.
 
-        A message without points gives an empty cloud, which is no free space. What is odd about a readable message is
-        counted too.
+        They are a view of the message, or a copy where the static transforms or an optical frame say another frame. A
+        message without points gives an empty cloud, which is no free space. A message that cannot be used is counted,
+        and so is what is odd about one that can.
         """
         topic = self.settings.points_topic
         try:
+            frame_id = frame_of(message)
+            if not self._sensors[CLOUD].accepts(frame_id):
+                return None
             points, oddities = read_pointcloud2(message, intensity=None)
+            for part, text in oddities.items():
+                self._odd.count(f"{topic}, {part}", text)
+            return self._in_vehicle_frame(points, frame_id or "")
         except UNREADABLE as error:
-            self.dropped(topic, error)
+            self._drop(CLOUD, error)
             return None
-        for part, text in oddities.items():
-            self._odd.count(f"{topic}, {part}", text)
-        return points
+
+    def _in_vehicle_frame(self, points: Any, frame_id: str) -> Any:
+        """Return points of a frame in that of the vehicle, if it is known where that frame is."""
+        mount = self._mount_of(CLOUD, frame_id)
+        if mount is None and not is_optical(frame_id):
+            return points
+        how = "has z forward, x right, y down" if mount is None else f"is {mount.text}"
+        self._odd.count(f"{self.settings.points_topic}, frame", f"{frame_id} {how}")
+        if points.dtype.names:
+            points = recfunctions.structured_to_unstructured(points[["x", "y", "z"]])
+        return in_vehicle_frame(points, mount, frame_id)
 
     def tick(self, now: float) -> Outputs:
         """Decide without new data, which notices data that stopped. An adapter calls it every ``watchdog_period``."""
@@ -259,10 +259,13 @@ class BrakeNode:
 
     def _refused(self, source: str, error: Exception, now: float) -> Outputs:
         """Count a frame that cannot be used, and decide without it."""
-        self.dropped(self.settings.scan_topic if source == SCAN else self.settings.points_topic, error)
-        if isinstance(error, MixedError):  # what was seen may be of either sensor
-            self._controllers[source].reset()
+        self._drop(source, error)
         return self.tick(now)
+
+    def _drop(self, source: str, error: Exception) -> None:
+        self.dropped(self._sensors[source].name, error)
+        if isinstance(error, MixedError) and source in self._controllers:  # what was seen may be of either sensor
+            self._controllers[source].reset()
 
     def _measured(self, source: str, now: float, stamp: float) -> float:
         """Return when a frame was measured: by its stamp, or now if it has none or ``use_stamps`` is false."""
@@ -270,8 +273,7 @@ class BrakeNode:
             return now
         measured = self._stamps[source].measured(stamp, now)
         if abs(measured - now) > ANOTHER_CLOCK:
-            topic = self.settings.scan_topic if source == SCAN else self.settings.points_topic
-            self._other_clock(topic, measured - now, "it is not safe")
+            self._other_clock(self._sensors[source].name, measured - now, "it is not safe")
         return measured
 
     def _other_clock(self, topic: str, ahead: float, so: str) -> None:

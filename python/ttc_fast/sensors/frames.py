@@ -10,9 +10,8 @@ the last, two sensors take turns.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from ttc_fast.sensors.oddities import RefusedError
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from ttc_fast.sensors.oddities import Tally
 
 
-COMPARED = 32
+COMPARED = 16
 """The number of beams of two scans that are compared."""
 ALIKE = (0.3, 0.1)
 """m, and a part of the range: two readings that differ by less show the same."""
@@ -110,31 +109,31 @@ class Turns:
     """
 
     def __init__(self) -> None:
-        self._last: Any = None
-        self._before_last: Any = None
+        self._last: list[float] = []
+        self._before_last: list[float] = []
         self._count = 0
 
     def found(self, ranges: Any) -> bool:
         """Take up the next scan, and return whether it is clear that two sensors take turns."""
-        now = np.array(ranges[:: len(ranges) // COMPARED or 1], float)
+        now = ranges[:: len(ranges) // COMPARED or 1].tolist()
         last, before_last = self._last, self._before_last
         self._before_last, self._last = last, now
-        if before_last is None or not last.shape == before_last.shape == now.shape:
-            self._count = 0
-            return False
         turn = share_alike(now, last) < 0.25 and share_alike(now, before_last) > 0.75
         self._count = self._count + 1 if turn else 0
         return self._count >= IN_TURNS
 
 
-def share_alike(one: Any, other: Any) -> float:
-    """Return the share of the readings that show the same in two scans, of those that both have."""
+def share_alike(one: list[float], other: list[float]) -> float:
+    """Return the share of the readings that show the same in two scans, of those that both have; NaN of none."""
     least, part = ALIKE
-    with np.errstate(invalid="ignore"):
-        apart = np.abs(one - other)
-        both = np.isfinite(apart)
-        alike = apart <= least + part * np.minimum(one, other)
-    return float((alike & both).sum() / max(both.sum(), 1))
+    both = alike = 0
+    if len(one) == len(other):
+        for a, b in zip(one, other, strict=True):
+            apart = abs(a - b)
+            if apart < math.inf:  # neither is NaN or infinite
+                both += 1
+                alike += apart <= least + part * b
+    return alike / both if both else math.nan
 
 
 def mixed_sensors(frames: Any, how: str) -> str:

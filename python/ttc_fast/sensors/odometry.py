@@ -145,6 +145,10 @@ class OdometryReader:
         self._odd.count(f"{self._name}, twist", check.why)
         return in_frame_of(pose, said) if check.kind is WORLD else None
 
+    def not_used(self, why: str) -> None:
+        """Count a frame for which the odometry says nothing because of its stamp."""
+        self._odd.count(f"{self._name}, clock", why)
+
     def _pose_before(self, stamp: float) -> tuple[float, Pose] | None:
         """Return the latest pose that is old enough, or the oldest; and forget those before it."""
         poses = self._poses
@@ -324,5 +328,10 @@ class Odometer:
                 motion = Motion(None, 0.0, age)
                 if age <= self._max_age:
                     motion = Motion(twist.speed, twist.yaw_rate, age, twist.lateral_speed)
+                else:
+                    self._reader.not_used(f"is {age:.3g} s older than the frame, so the speed is unknown")
                 break
+        else:
+            if self._recent:
+                self._reader.not_used("is stamped later than the frame that came after it, and is not used")
         return motion if self._speed is None else Motion(self._speed, motion.yaw_rate, 0.0)
