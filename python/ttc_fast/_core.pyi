@@ -591,6 +591,8 @@ class Gate(_Value):
         sensor_height: _Number,
         clearance: _Number = 0.2,
         headroom: _Number = 2.0,
+        *,
+        front: _Number | None = None,
         **settings: Unpack[_GateSettings],
     ) -> Gate: ...
     @property
@@ -847,6 +849,8 @@ class CloudTracker(_Remembers):
     def jump(self) -> float: ...
     @property
     def max_gap(self) -> float: ...
+    @property
+    def own_vehicle(self) -> float | None: ...
 
 @final
 class SlidingLine(_Value):

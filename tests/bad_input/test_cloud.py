@@ -455,6 +455,7 @@ TARGETS: Targets = {
         },
     ),
     "Gate.above_road": (Gate.above_road, {"sensor_height": 1.7, "clearance": 0.2, "headroom": 2.0, "x": (0.0, 9.0)}),
+    "Gate.above_road, front": (Gate.above_road, {"sensor_height": 1.7, "front": 2.5}),
     "Road": (Road, {"slope_x": 0.0, "slope_y": 0.0, "offset": 0.0}),
     **{estimator.__name__: (estimator, settings) for estimator, settings in SETTINGS.items()},
 }

@@ -187,6 +187,15 @@ def test_the_bumper_is_read(write: Callable[[dict[str, Any]], Path]) -> None:
     assert (lidar.front_offset, lidar.own_reach) == (2.25, 2.25)
 
 
+def test_where_the_vehicle_ends_is_one_rule(write: Callable[[dict[str, Any]], Path], folder: Path) -> None:
+    path = write(good())
+    assert (open_clouds(path).lidar.vehicle_reach, open_clouds(path).lidar.own_reach) == (None, 1.5 * 1.5)
+    said = open_clouds(path, front_offset=0.0).lidar
+    assert (said.front_offset, said.vehicle_reach, said.own_reach) == (0.0, 0.0, 0.0)
+    kitti = [open_clouds(folder, **said).lidar.own_reach for said in ({}, {"front_offset": 2.0}, {"front_offset": 3.0})]
+    assert kitti == [2.6, 2.6, 3.0]
+
+
 @pytest.mark.parametrize("name", ["t", "counts", "sensor_height"])
 def test_a_missing_array_is_named(name: str, write: Callable[[dict[str, Any]], Path]) -> None:
     arrays = good()

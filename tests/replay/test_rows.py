@@ -1,13 +1,14 @@
 """Replays: rows of every kind of log are what the brake decides, and what they come to."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.support.bags import KINDS, Scan, drive, write
+from tests.support.bags import KINDS, Cloud, Scan, drive, write
 from tests.support.common import CAR
 from ttc_fast import (
     BrakeController,
@@ -87,10 +88,78 @@ def test_points_on_the_path_are_judged_with_an_outline_and_a_speed() -> None:
 def test_the_outline_says_where_the_bumper_is(tmp_path: Path) -> None:
     with np.load(sample("clouds")) as archive:
         np.savez(tmp_path / "bare.npz", **{name: archive[name] for name in archive if name != "front_offset"})
-    bare, told = ([row.distance for row in Replay(path)] for path in (tmp_path / "bare.npz", sample("clouds")))
+    bare = Replay(tmp_path / "bare.npz")
+    from_the_lidar, told = ([row.distance for row in each] for each in (bare, Replay(sample("clouds"))))
+    np.testing.assert_allclose(np.array(from_the_lidar) - 2.0, told)
+    assert "nearer than 2.59 m, 1.5 times the height of the lidar" in bare.summary.assumed
     outlined = Replay(tmp_path / "bare.npz", Settings(log_options={"outline": (-2.2, 2.0, -0.9, 0.9)}))
     np.testing.assert_allclose([row.distance for row in outlined], told)
-    assert max(bare) < 2.0  # the bonnet
+    assert outlined.summary.assumed == ""
+
+
+def without_the_vehicle(log: Path, **settings: Any) -> Replay:
+    """Replay the sample to its end, as if the log did not say where the vehicle ends."""
+    with np.load(sample("clouds")) as archive:
+        np.savez(log, **{name: archive[name] for name in archive if name != "front_offset"})
+    replay = Replay(log, Settings(**settings))
+    assert len(list(replay)) == replay.log.frame_count
+    return replay
+
+
+def test_a_gate_that_holds_the_vehicle_is_said(tmp_path: Path) -> None:
+    replay = without_the_vehicle(tmp_path / "bare.npz", gate={"x": (0.0, math.inf)})
+    (line,) = replay.summary.odd
+    assert line.startswith("the gate holds the vehicle itself, ")
+    assert "--front-offset" in line
+    assert replay.summary.assumed == ""
+
+
+@pytest.mark.parametrize("option", [{"front_offset": 2.0}, {"outline": (-2.2, 2.0, -0.9, 0.9)}])
+def test_where_the_user_says_where_the_vehicle_ends_nothing_is_assumed(option: dict[str, Any], tmp_path: Path) -> None:
+    replay = without_the_vehicle(tmp_path / "bare.npz", log_options=option)
+    assert (replay.summary.assumed, replay.summary.odd) == ("", [])
+    assert replay.pipeline.gate.x == (2.0, math.inf)
+
+
+def lidar_of_a_robot(folder: Path, near: Callable[[int], float], frames: int = 12) -> Path:
+    """A wall comes closer at 1 m/s from 9 m, and something is near; nothing says where the vehicle ends."""
+    rng = np.random.default_rng(6)
+    clouds = []
+    for i in range(frames):
+        x = np.repeat([9.0 - 0.1 * i, near(i)], 100)
+        clouds.append(np.column_stack([x, rng.uniform(-0.5, 0.5, 200), rng.uniform(-1.2, -0.8, 200)])[np.isfinite(x)])
+    counts = np.array([len(cloud) for cloud in clouds])
+    stamps = np.arange(frames) / 10
+    np.savez(folder / "robot.npz", t=stamps, points=np.concatenate(clouds), counts=counts, sensor_height=1.73)
+    return folder / "robot.npz"
+
+
+def test_what_may_be_the_vehicle_is_passed_over(tmp_path: Path) -> None:
+    rows = list(Replay(lidar_of_a_robot(tmp_path, lambda _: 1.5)))
+    assert rows[-1].status is Status.CLOSING
+    assert rows[-1].distance == pytest.approx(7.9, abs=0.05)
+
+
+def test_what_comes_closer_is_not_the_vehicle(tmp_path: Path) -> None:
+    rows = list(Replay(lidar_of_a_robot(tmp_path, lambda i: 2.5 - 0.1 * i, frames=18)))
+    assert [row.distance for row in rows[2:]] == pytest.approx([2.5 - 0.1 * i for i in range(2, 18)], abs=0.05)
+    assert any(row.command is Command.BRAKE for row in rows)
+
+
+def test_where_nothing_else_is_ahead_what_is_near_is_not_taken_for_free_space(tmp_path: Path) -> None:
+    rng = np.random.default_rng(7)
+    points = np.column_stack([np.full(100, 1.5), rng.uniform(-0.5, 0.5, 100), rng.uniform(-1.2, -0.8, 100)])
+    np.savez(tmp_path / "one.npz", t=np.zeros(1), points=points, counts=np.array([100]), sensor_height=1.73)
+    (row,) = Replay(tmp_path / "one.npz")
+    assert (row.status, row.distance) == (Status.WARMING_UP, 1.5)
+
+
+def test_where_not_even_the_height_is_known_points_count_from_the_lidar_on(tmp_path: Path) -> None:
+    clouds = [Cloud(i / 10, i / 10) for i in range(3)]
+    replay = Replay(write(tmp_path, "bag", clouds), Settings(gate={"z": (-1.0, 1.0)}))
+    list(replay)
+    assert replay.pipeline.gate.x == (0.0, math.inf)
+    assert "points count from the lidar on, as it is not known where the vehicle ends" in replay.summary.assumed
 
 
 def test_a_distance_says_what_the_tracker_says(tmp_path: Path) -> None:

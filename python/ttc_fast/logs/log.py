@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, runtime_ch
 
 import numpy as np
 
+from ttc_fast._core import Gate
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
@@ -205,8 +207,8 @@ class Lidar:
     front_offset : float
         The distance from the sensor to the bumper, m; 0 when the log does not say, so that distances are measured from
         the sensor.
-    own_reach : float
-        Points ahead that are nearer than this are the vehicle itself, m.
+    vehicle_reach : float or None
+        How far ahead of the sensor the vehicle itself is seen, m; None when it is not known.
     height : (float, float)
         The heights above the road between which other vehicles are seen well, m.
     axes : (str, str, str)
@@ -215,9 +217,20 @@ class Lidar:
 
     sensor_height: float | None
     front_offset: float = 0.0
-    own_reach: float = 0.0
+    vehicle_reach: float | None = None
     height: tuple[float, float] = (0.2, 2.0)
     axes: Axes = REP_103
+
+    @property
+    def own_reach(self) -> float:
+        """Points ahead that are nearer than this are taken for the vehicle itself, m.
+
+        Where it is not known how far the vehicle reaches, it is 1.5 times ``sensor_height``, as in ``Gate.above_road``;
+        0 where that is not known either.
+        """
+        if self.vehicle_reach is not None:
+            return self.vehicle_reach
+        return 0.0 if self.sensor_height is None else Gate.above_road(self.sensor_height).x[0]
 
 
 class CloudFrame(NamedTuple):

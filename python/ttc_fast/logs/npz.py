@@ -6,11 +6,12 @@ m/s, signed; ``w`` (N,) rad/s, 0 when absent; ``mount`` (x, y, yaw) and ``outlin
 
 An archive of clouds has ``t`` (N,) s, increasing; ``points`` (M, 3) or wider, float32 or float64, the clouds one after
 another, x forward, y left, z up (m) and perhaps the intensity; ``counts`` (N,) integers, how many points each cloud
-has; ``sensor_height`` above the road, m. Optional is ``front_offset`` from the sensor to the bumper, m, 0 when absent.
+has; ``sensor_height`` above the road, m. Optional is ``front_offset`` from the sensor to the bumper, m.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -102,8 +103,10 @@ class CloudArchive:
         self._ends = np.cumsum(_counts(arrays, len(self._points)))
         self.frame_count = len(self._ends)
         self._stamps = arrays.stamps(self.frame_count, "cloud of counts")
-        front_offset = arrays.numbers("front_offset", 1)[0] if "front_offset" in arrays else 0.0
-        lidar = Lidar(arrays.numbers("sensor_height", 1)[0], front_offset, own_reach=front_offset)
+        lidar = Lidar(arrays.numbers("sensor_height", 1)[0])
+        if "front_offset" in arrays:
+            front_offset = arrays.numbers("front_offset", 1)[0]
+            lidar = replace(lidar, front_offset=front_offset, vehicle_reach=front_offset)
         self.lidar = options.applied(lidar, LIDAR)
         self._speed = options.speed
         self.motion = options.motion("the speed is unknown")

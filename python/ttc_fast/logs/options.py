@@ -57,7 +57,7 @@ class LogOptions:
     sensor_height : float or None
         The height of a lidar above the road, m.
     front_offset : float or None
-        The distance from a lidar to the bumper, m.
+        The distance from a lidar to the bumper, m. Distances count from there. Nearer points are the vehicle itself.
     axes : (str, str, str) or None
         Which stored coordinates of the points are forward, left and up: ("x", "y", "z") by REP 103, ("y", "-x", "z")
         where y is forward and x right; as in ``Gate``.
@@ -114,7 +114,9 @@ class LogOptions:
         None, Flag(), "The scanner hangs upside down, so that its beams run the other way round."
     )
     sensor_height: float | None = setting(None, Number(unit="m"), "The height of a lidar above the road.")
-    front_offset: float | None = setting(None, Number(unit="m"), "The distance from a lidar to the bumper.")
+    front_offset: float | None = setting(
+        None, Number(unit="m"), "The distance from a lidar to the bumper; nearer points are the vehicle itself."
+    )
     axes: tuple[str, str, str] | None = setting(
         None,
         Texts(what="coordinates"),
@@ -136,6 +138,8 @@ class LogOptions:
         said: dict[str, Any] = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         if said.pop("upside_down", False):
             said |= {name: -getattr(thing, name) for name in ("angle_min", "angle_increment")}
+        if "front_offset" in said:  # the vehicle reaches to the bumper at least
+            said["vehicle_reach"] = max(said["front_offset"], getattr(thing, "vehicle_reach", None) or 0.0)
         return replace(thing, **said) if said else thing  # type: ignore[type-var]
 
     def motion(self, recorded: str) -> str:

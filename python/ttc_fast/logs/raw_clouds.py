@@ -28,10 +28,10 @@ BRIGHTEST = 65535.0
 
 # The car of KITTI: the sensor's height is from its data sheet, and its bonnet is seen up to 2.54 m ahead. The band is z
 # from -1.5 to -0.9 m, as in published TTC tables: it ends below the tail lights, which glare up to 0.2 m too near.
-KITTI_LIDAR = Lidar(sensor_height=1.73, own_reach=2.6, height=(0.23, 0.83))
+KITTI_LIDAR = Lidar(sensor_height=1.73, vehicle_reach=2.6, height=(0.23, 0.83))
 # The car of nuScenes: how high LIDAR_TOP sits is from its calibration, in which y of the sensor is forward; roof and
 # bonnet are seen up to 2 m ahead.
-NUSCENES_LIDAR = Lidar(sensor_height=1.84, own_reach=2.2, axes=("y", "-x", "z"))
+NUSCENES_LIDAR = Lidar(sensor_height=1.84, vehicle_reach=2.2, axes=("y", "-x", "z"))
 
 
 def read_kitti(frame: Path) -> NDArray[np.float32]:

@@ -23,6 +23,7 @@ from ttc_fast.replay.controller import ReplayController, motion_of
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.settings import GATE_OPTIONS, SCANNER
 from ttc_fast.sensors.scans import Geometry, Scan, ScanKernels
+from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 MOST_SCANS = 64
 """A range rate remembers at most this many scans."""
 NO_INTERVAL = (math.nan, math.nan)
+LEAST_CLOSING = 0.1
+"""A body that certainly closes at more than this is not the vehicle itself, m/s."""
 
 
 class Scans:
@@ -55,6 +58,8 @@ class Scans:
 
     name: ClassVar[str] = "a log of scans"
     uses: ClassVar[tuple[str, ...]] = SCANNER
+    assumed: ClassVar[str] = ""
+    odd: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, log: ScanLog, settings: Settings) -> None:
         self._configuration = settings.configured()
@@ -177,12 +182,19 @@ class Clouds:
         if mounted and "mount" not in scanner:
             x, y, yaw = self.mount
             self.about.insert(0, ("lidar", f"at x {x:g} m, y {y:g} m, yaw {yaw:g} rad, {mounted}"))
+        assumes = self.lidar.vehicle_reach is None and not settings.says_where_gate_begins
+        self.assumed = assumed_reach(self.lidar) if assumes else ""
+        self._within: Gate | None = None
+        if assumes and self.lidar.own_reach > 0.0:
+            self._within = settings.gate_within(self.lidar)
+        self._own_frames, self._own_distance = 0, math.nan
         self.path: SweptPath | None = None
-        self._tracker = self._new_tracker()
+        self._begin_tracking()
         self.controller = ReplayController(self._configuration)
 
-    def _new_tracker(self) -> CloudTracker:
-        return CloudTracker(self.gate, front_offset=self.lidar.front_offset)
+    def _begin_tracking(self) -> None:
+        self._tracker = CloudTracker(self.gate, front_offset=self.lidar.front_offset)
+        self._near = None if self._within is None else CloudTracker(self._within)
 
     def begin(self, frame: CloudFrame) -> None:
         """Take the first frame into account: with an outline and a speed, points on the path are assessed as well."""
@@ -198,16 +210,32 @@ class Clouds:
         """Return the row of a frame."""
         stamp = frame.stamp
         if self.controller.reset_if_set_back(stamp):
-            self._tracker = self._new_tracker()
-        tracked = self._tracker.update(frame.points, stamp)
+            self._begin_tracking()
+        tracked, gate = self._tracker.update(frame.points, stamp), self.gate
+        if self._near is not None and self._within is not None:
+            near = self._near.update(frame.points, stamp)
+            if tracked.status is Status.CLEAR or comes_closer(near, tracked):
+                tracked, gate = near, self._within
+        own = self._tracker.own_vehicle
+        if own is not None:
+            self._own_frames, self._own_distance = self._own_frames + 1, own
         data: dict[str, Any] = {"estimate": Estimate.of(tracked, stamp)}
         if self.path is not None:
             data |= {"points": self.obstacles(frame.points), "stamp": stamp}
         decision = self.controller.decide(stamp, motion_of(frame), **data)
-        plain = robust_min_x(frame.points, gate=self.gate, estimator=Minimum())
+        plain = robust_min_x(frame.points, gate=gate, estimator=Minimum())
         nearest = max(plain.nearest_x - self.lidar.front_offset, 0.0)
         row = tracked_row(number, stamp, tracked, frame.speed, decision)
         return row._replace(valid=plain.candidates, nearest=nearest)
+
+    @property
+    def odd(self) -> list[str]:
+        """What was odd about the clouds, a sentence for each kind."""
+        if not self._own_frames:
+            return []
+        seen = f"the gate holds the vehicle itself, {self._own_distance:.2f} m ahead of the lidar"
+        count = "1 frame" if self._own_frames == 1 else f"{self._own_frames} frames"
+        return [f"{seen}: it was passed over in {count}; --front-offset says where the vehicle ends, or --gate-x"]
 
     def obstacles(self, points: NDArray[Any]) -> NDArray[Any]:
         """Return the points at the heights of the gate in the vehicle frame, without those of the vehicle itself."""
@@ -240,6 +268,8 @@ class Distances:
 
     name: ClassVar[str] = "a table of distances"
     uses: ClassVar[tuple[str, ...]] = ()
+    assumed: ClassVar[str] = ""
+    odd: ClassVar[tuple[str, ...]] = ()
     outline: ClassVar[None] = None
     rated: ClassVar[bool] = False
 
@@ -299,7 +329,22 @@ def with_bumper(lidar: Lidar, outline: Any, mount: Any) -> Lidar:
     if lidar.front_offset or outline is None:
         return lidar
     offset = max(outline[1] - mount[0], 0.0)
-    return replace(lidar, front_offset=offset, own_reach=max(lidar.own_reach, offset))
+    return replace(lidar, front_offset=offset, vehicle_reach=max(lidar.vehicle_reach or 0.0, offset))
+
+
+def comes_closer(near: TrackedTTC, ahead: TrackedTTC) -> bool:
+    """Whether a body that was taken for the vehicle itself comes closer for certain, and before what is ahead."""
+    interval = near.closing_speed_interval
+    return interval is not None and interval[0] > LEAST_CLOSING and near.ttc < ahead.ttc
+
+
+def assumed_reach(lidar: Lidar) -> str:
+    """Say which points count where it is not known where the vehicle ends."""
+    counts = "points count from the lidar on"
+    if lidar.sensor_height is not None:
+        within = f"what is nearer than {lidar.own_reach:.3g} m, 1.5 times the height of the lidar, is taken for the"
+        counts = f"{within} vehicle itself unless it comes closer or nothing else is ahead"
+    return f"{counts}, as it is not known where the vehicle ends: say it with --front-offset, --outline or --gate-x"
 
 
 def about_scans(log: ScanLog, outline: Any, mount: tuple[float, ...]) -> list[tuple[str, str]]:

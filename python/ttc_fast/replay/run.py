@@ -192,7 +192,7 @@ class Replay:
         self.pipeline: Any = kind(self.log, settings)
         self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
         self.summary = Summary(str(self.log.path), self.threshold, settings.sensor_timeout)
-        self.summary.assumed = self.log.assumed
+        self.summary.assumed = "; ".join(filter(None, (self.log.assumed, self.pipeline.assumed)))
         self.series = Series()
         self.key_frame: tuple[Row, Any] | None = None
 
@@ -224,7 +224,7 @@ class Replay:
             key_frame = summary.end()
             if key_frame is not None:
                 self.key_frame = key_frame, frame
-            summary.odd = self._odd()
+            summary.odd = [*self._odd(), *pipeline.odd]
             controller = pipeline.controller
             summary.stale, summary.longest_gap, summary.resets = (
                 controller.stale,

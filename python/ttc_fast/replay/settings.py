@@ -81,6 +81,11 @@ class Settings:
         criteria = self.criteria or self.configuration.criteria or None
         return replace(self.configuration, scan=self.of_scanner, criteria=criteria)
 
+    @property
+    def says_where_gate_begins(self) -> bool:
+        """Whether the user says which points ahead count."""
+        return "x" in self.gate or self.configuration.gate is not None
+
     def gate_of(self, lidar: Lidar) -> Gate:
         """Return the gate: by the options, as configured, or else the lane ahead at the height of vehicles."""
         configured = self.configuration.gate
@@ -97,6 +102,10 @@ class Settings:
             return Gate(**{**bounds, **self.gate})
         except ValueError as error:
             raise ConfigurationError(f"gate: {error}") from None
+
+    def gate_within(self, lidar: Lidar) -> Gate:
+        """Make the gate on what is nearer than the vehicle is assumed to reach."""
+        return replace(self, gate={**self.gate, "x": (0.0, lidar.own_reach)}).gate_of(lidar)
 
 
 def heights_of(lidar: Lidar) -> tuple[float, float]:

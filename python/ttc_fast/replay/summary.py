@@ -76,7 +76,7 @@ class Summary:
     lost : str
         What could not be read; empty if all could.
     assumed : str
-        What the reader of the log assumed because the log does not say it; empty if nothing.
+        What was assumed because neither the log nor the user says it; empty if nothing.
 
     odd : list of str
         What was odd about messages that were used all the same, a sentence for each kind.

@@ -67,8 +67,9 @@ results! {
 ///     (x, y, z, intensity). ``from_pointcloud2`` reads a ROS message. Rows with a non-finite coordinate, and rows
 ///     exactly (0, 0, 0), never count.
 /// gate : Gate, optional
-///     Which points count; by default ``Gate()``, a lane 4 m wide in which the road and one's own bonnet count too. On
-///     the raw cloud of a car, use ``Gate.above_road(...)`` with ``x`` from the bumper on.
+///     Which points count; by default ``Gate()``, a lane 4 m wide that begins at the sensor, in which the road and the
+///     vehicle's own bonnet count too. For the raw cloud of a car, use ``Gate.above_road(..., front=...)``, which begins
+///     beyond the vehicle.
 /// estimator : estimator object, optional
 ///     How outliers are survived; by default ``KthSmallest(10)``.
 /// threads : int
@@ -162,7 +163,8 @@ pub fn ttc_from_distances(previous: f64, current: f64, dt: f64) -> PyResult<f64>
 /// dt : float
 ///     Time between them, s, from their stamps.
 /// gate : Gate, optional
-///     Which points count; by default ``Gate()``, in which the road and one's own bonnet count too.
+///     Which points count; by default ``Gate()``, in which the road and the vehicle's own bonnet count too. Two clouds
+///     do not tell a bonnet from a car that keeps its distance: use ``Gate.above_road(..., front=...)``.
 /// estimator : estimator object, optional
 ///     How outliers are survived; by default ``KthSmallest(10)``.
 /// front_offset : float

@@ -19,12 +19,12 @@ use ttc_fast_core::cloud::{self, Interval};
 /// Parameters
 /// ----------
 /// x : (float, float)
-///     Bounds ahead, m; along the path if ``curvature`` is not 0.
+///     Bounds ahead, m; along the path if ``curvature`` is not 0. The default begins at the sensor, so that bonnet and
+///     bumper are inside the gate where the sensor sees them: begin it beyond the vehicle.
 /// y : (float, float)
 ///     Bounds to the left, m; from the path if ``curvature`` is not 0. The default is a lane 4 m wide.
 /// z : (float, float), optional
-///     Bounds of the height, m. Without them the road, and one's own bonnet, are inside the gate: see ``above_road``,
-///     ``height`` and ``fit_road``.
+///     Bounds of the height, m. Without them the road is inside the gate: see ``above_road``, ``height`` and ``fit_road``.
 /// intensity : (float, float), optional
 ///     Bounds of the intensity, in the units stored. A cloud without intensity is then refused.
 /// axes : (str, str, str)
@@ -91,7 +91,7 @@ impl Gate {
         gate.checked().map(Gate).map_err(value_error)
     }
 
-    /// A gate on a height band above a flat road, for a sensor ``sensor_height`` above it.
+    /// A gate on a height band above a flat road and beyond the vehicle, for a sensor ``sensor_height`` above the road.
     ///
     /// Parameters
     /// ----------
@@ -101,6 +101,11 @@ impl Gate {
     ///     Points lower above the road than this do not count, m.
     /// headroom : float
     ///     Points higher above the road than this do not count, m.
+    /// front : float, optional
+    ///     Distance from the sensor to the foremost part of its own vehicle, m. The gate begins there, or at the lower
+    ///     bound of ``x`` if that is farther. Where neither ``front`` nor ``x`` is given, it begins 1.5 times
+    ///     ``sensor_height`` ahead: a lidar on the roof of a car sees the bonnet no farther. Whatever is nearer is not
+    ///     seen then, so give ``front`` where it is known. ``x`` alone holds as it is given.
     /// **settings
     ///     The other settings of ``Gate``.
     ///
@@ -111,30 +116,37 @@ impl Gate {
     /// Raises
     /// ------
     /// ValueError
-    ///     If ``headroom`` is below ``clearance``, or ``Gate`` refuses another setting.
+    ///     If ``headroom`` is below ``clearance``, ``front`` is not finite or beyond the end of ``x``, or ``Gate``
+    ///     refuses another setting.
     ///
     /// Examples
     /// --------
     /// >>> import ttc_fast
-    /// >>> ttc_fast.Gate.above_road(1.75, clearance=0.25, headroom=2.25).z
-    /// (-1.5, 0.5)
+    /// >>> gate = ttc_fast.Gate.above_road(1.75, clearance=0.25, headroom=2.25, front=2.5)
+    /// >>> gate.x, gate.z
+    /// ((2.5, inf), (-1.5, 0.5))
     #[staticmethod]
-    #[pyo3(signature = (sensor_height, clearance=0.2, headroom=2.0, **settings),
-           text_signature = "(sensor_height, clearance=0.2, headroom=2.0, **settings)")]
-    fn above_road<'py>(
-        py: Python<'py>,
+    #[pyo3(signature = (sensor_height, clearance=0.2, headroom=2.0, *, front=None, **settings),
+           text_signature = "(sensor_height, clearance=0.2, headroom=2.0, *, front=None, **settings)")]
+    fn above_road(
+        py: Python<'_>,
         sensor_height: f64,
         clearance: f64,
         headroom: f64,
-        settings: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+        front: Option<f64>,
+        settings: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let settings = settings.map_or_else(|| Ok(PyDict::new(py)), Bound::copy)?;
         if settings.contains("z")? {
             return Err(PyTypeError::new_err("above_road sets z from sensor_height, clearance and headroom"));
         }
         let band = cloud::Gate::height_band(sensor_height, clearance, headroom).map_err(value_error)?;
         settings.set_item("z", band)?;
-        py.get_type::<Gate>().call((), Some(&settings))
+        let whole = py.get_type::<Gate>().call((), Some(&settings))?.cast_into::<Gate>()?.get().0;
+        if front.is_none() && settings.contains("x")? {
+            return Ok(Gate(whole));
+        }
+        whole.beyond_vehicle(front, sensor_height).map(Gate).map_err(value_error)
     }
 }
 

@@ -1,4 +1,4 @@
-"""``CloudTracker``: time-to-collision of the body ahead, from cloud to cloud."""
+"""The nearest body in a gate, from cloud to cloud: how far it is, and how it moves."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from ttc_fast._core import Alignment
 from ttc_fast.reference.alignment.fit import Trend, trend
 from ttc_fast.reference.alignment.profile import Profile, Sighting, profile
-from ttc_fast.reference.arguments import finite, number, shows_settings
+from ttc_fast.reference.arguments import finite, number
 from ttc_fast.reference.cloud.estimator import checked_estimator, nearest
 from ttc_fast.reference.cloud.gate import candidates, checked_gate
 from ttc_fast.reference.points import cloud
@@ -76,22 +76,18 @@ class Body:
         self.trend = found if possible else None
 
 
-@shows_settings("gate", "estimator", "method", "front_offset", "jump", "max_gap")
-class CloudTracker:
-    """Follows the nearest body ahead, and never two at once.
-
-    Arguments, results and errors are those of ``ttc_fast.CloudTracker``.
-    """
+class BodyTracker:
+    """Follows the nearest body in a gate, and never two at once."""
 
     def __init__(
         self,
-        gate: Gate | None = None,
+        gate: Gate | None,
         *,
-        estimator: Estimator | None = None,
-        method: Alignment | None = None,
-        front_offset: float = 0.0,
-        jump: float = 0.5,
-        max_gap: float = 0.5,
+        estimator: Estimator | None,
+        method: Alignment | None,
+        front_offset: float,
+        jump: float,
+        max_gap: float,
     ) -> None:
         self._gate, self._estimator = checked_gate(gate), checked_estimator(estimator)
         if method is not None and not isinstance(method, Alignment):
@@ -99,7 +95,7 @@ class CloudTracker:
         self._method = Alignment() if method is None else method
         self._front_offset = finite("front_offset", front_offset)
         self._jump, self._max_gap = _positive("jump", jump), _positive("max_gap", max_gap)
-        self._settings = {
+        self.settings: dict[str, Any] = {
             "gate": self._gate,
             "estimator": self._estimator,
             "method": self._method,
@@ -134,9 +130,8 @@ class CloudTracker:
         return self._answer(too_few)
 
     def state(self) -> dict[str, Any]:
-        """Return what the tracker remembers, as the kernel's does: either takes up the other's state."""
-        bodies = {"present": _state(self._present), "shelved": _state(self._shelved)}
-        return {"class": "CloudTracker", "version": 2, "stamp": self._stamp, **bodies}
+        """Return what is remembered."""
+        return {"stamp": self._stamp, "present": _state(self._present), "shelved": _state(self._shelved)}
 
     def reset(self) -> None:
         """Forget everything."""

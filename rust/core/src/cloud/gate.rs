@@ -19,6 +19,11 @@ pub struct Axis {
     pub flipped: bool,
 }
 
+/// Where it is not known where the vehicle ends, a gate above the road begins this many heights of the sensor ahead. A
+/// lidar on the roof of a car sees the bonnet no farther: up to 1.47 heights on the car of KITTI, 1.1 on that of
+/// nuScenes.
+pub const REACH_BY_HEIGHT: f64 = 1.5;
+
 /// The axes of REP 103: forward, left and up are the stored x, y and z.
 pub const REP_103: [Axis; 3] =
     [Axis { column: 0, flipped: false }, Axis { column: 1, flipped: false }, Axis { column: 2, flipped: false }];
@@ -132,6 +137,21 @@ impl Gate {
             ));
         }
         Ok((clearance - sensor_height, headroom - sensor_height))
+    }
+
+    /// The part of the gate beyond the vehicle, whose front is `front` ahead of the sensor; without it, beyond
+    /// [`REACH_BY_HEIGHT`] times the sensor's height.
+    ///
+    /// # Errors
+    /// When `front` is not finite, or the gate ends before it.
+    pub fn beyond_vehicle(self, front: Option<f64>, sensor_height: f64) -> Result<Self, Error> {
+        let front = front.unwrap_or(REACH_BY_HEIGHT * sensor_height);
+        finite("front", front)?;
+        let (from, to) = self.x;
+        if front > to {
+            return Err(Error::new("front", format!("must be before the end of x = {to:?}, got {front:?}")));
+        }
+        Ok(Gate { x: (from.max(front), to), ..self })
     }
 
     /// Whether the path runs straight ahead. A curvature below the normal numbers would lose its digits, so it counts

@@ -55,7 +55,7 @@ pub struct Body {
     pub trend: Option<Trend>,
 }
 
-/// Everything that a tracker remembers.
+/// Everything that is remembered of the bodies in a gate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CloudTrack {
     /// Stamp of the last frame, whatever it showed, s.
@@ -151,9 +151,9 @@ fn is_possible(trend: &Trend) -> bool {
     trend.distance.is_finite() && trend.closing_speed.is_finite() && trend.variance.is_finite() && trend.variance >= 0.0
 }
 
-/// Follows the nearest body ahead, and never two at once.
+/// Follows the nearest body in a gate, and never two at once.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CloudTracker {
+pub struct BodyTracker {
     settings: CloudSettings,
     /// Everything that the tracker remembers, to be saved and restored.
     pub track: CloudTrack,
@@ -170,7 +170,7 @@ const HARDEST: f64 = 20.0;
 /// Nine tenths of a normal distribution are within this many standard deviations.
 const NINE_TENTHS: f64 = 1.645;
 
-impl CloudTracker {
+impl BodyTracker {
     /// A tracker that has seen nothing.
     ///
     /// # Errors
@@ -185,7 +185,7 @@ impl CloudTracker {
                 return Err(Error::new(name, format!("must be above 0, got {value:?}")));
             }
         }
-        Ok(CloudTracker { settings, track: CloudTrack::default() })
+        Ok(BodyTracker { settings, track: CloudTrack::default() })
     }
 
     /// The settings of the tracker.

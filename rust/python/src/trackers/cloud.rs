@@ -14,15 +14,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Mutex;
 use ttc_fast_core::alignment::{self as core, Cell, Profile, Sighting, Trend};
-use ttc_fast_core::cloud::{self, Body, CloudSettings, CloudTrack};
+use ttc_fast_core::cloud::{self, Body, CloudMemory, CloudSettings, CloudTrack, StillBody};
 
-/// Follows the nearest body ahead from cloud to cloud, and never two at once.
+/// Follows the nearest body ahead from cloud to cloud, and never two at once, nor the vehicle itself.
 ///
 /// Parameters
 /// ----------
 /// gate : Gate, optional
-///     Which points count; by default ``Gate()``, in which the road and one's own bonnet count too. On the raw cloud of
-///     a car, use ``Gate.above_road(...)`` with ``x`` from the bumper on.
+///     Which points count; by default ``Gate()``, in which the road and the vehicle's own bonnet count too. For the raw
+///     cloud of a car, use ``Gate.above_road(..., front=...)``, which begins beyond the vehicle.
 /// estimator : estimator object, optional
 ///     How the edge of the body is found in a cloud; by default ``KthSmallest(10)``.
 /// method : Alignment, optional
@@ -41,6 +41,11 @@ use ttc_fast_core::cloud::{self, Body, CloudSettings, CloudTrack};
 ///
 /// Notes
 /// -----
+/// A body that keeps its distance to 0.1 m for 0.5 s, while what is beyond moves by 0.3 m, is the vehicle itself if it is
+/// nearer than ``front_offset - 0.2``, or nearer than 3 m without a ``front_offset``. The tracker then follows what is
+/// beyond ``front_offset`` or 3 m, and ``own_vehicle`` says so, until the near body moves. Until the half second has
+/// passed the answer is about the near body, so this is no substitute for a gate that begins beyond the vehicle.
+///
 /// Any thread may call any method, and a call waits for the one before. A tracker can be pickled, with what it
 /// remembers.
 ///
@@ -140,7 +145,7 @@ impl CloudTracker {
     /// >>> tracker.update(np.array([[8.0, 0.0, 0.5]]), stamp=0.0).status.name
     /// 'WARMING_UP'
     fn reset(&self, py: Python<'_>) {
-        lock(py, &self.tracker).track = CloudTrack::default();
+        lock(py, &self.tracker).remember(CloudMemory::default());
     }
 
     /// Return what the tracker remembers, as numbers, strings and lists that JSON can hold.
@@ -149,19 +154,22 @@ impl CloudTracker {
     /// -------
     /// dict
     ///     ``class`` and ``version``; ``stamp`` of the last frame; the ``present`` body and the one before,
-    ///     ``shelved``, each with its ``sightings`` and ``trend``. For ``restore``.
+    ///     ``shelved``, each with its ``sightings`` and ``trend``; ``still``, a body that keeps its distance close to
+    ///     the sensor, and what is ``beyond`` it meanwhile. For ``restore``.
     ///
     /// Examples
     /// --------
     /// >>> import ttc_fast
     /// >>> print(*ttc_fast.CloudTracker().state())
-    /// class version stamp present shelved
+    /// class version stamp present shelved still beyond
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let CloudTrack { stamp, present, shelved } = lock(py, &self.tracker).track.clone();
+        let CloudMemory { nearest, beyond, still } = lock(py, &self.tracker).memory();
         let state = FORMAT.state(py)?;
-        state.set_item("stamp", stamp)?;
-        state.set_item("present", body_to(py, &present)?)?;
-        state.set_item("shelved", body_to(py, &shelved)?)?;
+        track_to(&state, &nearest)?;
+        state.set_item("still", still.map(|still| still_to(py, &still)).transpose()?)?;
+        let inner = PyDict::new(py);
+        track_to(&inner, &beyond)?;
+        state.set_item("beyond", inner)?;
         Ok(state)
     }
 
@@ -190,9 +198,16 @@ impl CloudTracker {
     /// >>> json.dumps(other.state()) == json.dumps(tracker.state())
     /// True
     fn restore(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let restored = track(FORMAT.check(state)?)?;
-        lock(py, &self.tracker).track = restored;
+        let restored = memory(FORMAT.check(state)?)?;
+        lock(py, &self.tracker).remember(restored);
         Ok(())
+    }
+
+    /// How far ahead of the sensor the vehicle itself is seen in the gate, m; None where it is not. Begin the gate
+    /// beyond the vehicle then.
+    #[getter]
+    fn own_vehicle(&self, py: Python<'_>) -> Option<f64> {
+        lock(py, &self.tracker).own_vehicle()
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -215,7 +230,7 @@ settings! {
     }
 }
 
-const FORMAT: Format = Format { class: "CloudTracker", version: 2 };
+const FORMAT: Format = Format { class: "CloudTracker", version: 3 };
 
 /// Column, level, count, x and z of a cell.
 type Row = [f64; 5];
@@ -236,11 +251,46 @@ fn cell([column, level, count, x, z]: Row) -> PyResult<Cell> {
     Ok(Cell { column: whole(column)?, level: whole(level)?, count, x, z })
 }
 
-/// The track that a state from Python holds.
+/// What a state from Python holds.
+fn memory(state: &Bound<'_, PyDict>) -> PyResult<CloudMemory> {
+    let still = item(state, "still")?.extract::<Option<Bound<'_, PyDict>>>()?;
+    let still = still.map(|still| still_from(&still)).transpose()?;
+    let memory = CloudMemory { nearest: track(state)?, beyond: track(&item(state, "beyond")?.cast_into()?)?, still };
+    memory.checked().map_err(value_error)
+}
+
+fn still_to<'py>(py: Python<'py>, it: &StillBody) -> PyResult<Bound<'py, PyDict>> {
+    let state = PyDict::new(py);
+    state.set_item("distance", it.distance)?;
+    state.set_item("since", it.since)?;
+    state.set_item("seen", it.seen)?;
+    state.set_item("stamp", it.stamp)?;
+    state.set_item("world_moved", it.world_moved)?;
+    state.set_item("is_own", it.is_own)?;
+    Ok(state)
+}
+
+fn still_from(state: &Bound<'_, PyDict>) -> PyResult<StillBody> {
+    Ok(StillBody {
+        distance: number(state, "distance")?,
+        since: number(state, "since")?,
+        seen: number(state, "seen")?,
+        stamp: number(state, "stamp")?,
+        world_moved: number(state, "world_moved")?,
+        is_own: item(state, "is_own")?.extract()?,
+    })
+}
+
 fn track(state: &Bound<'_, PyDict>) -> PyResult<CloudTrack> {
-    let stamp = item(state, "stamp")?.extract()?;
     let body = |name| body_from(&item(state, name)?.cast_into()?);
-    CloudTrack { stamp, present: body("present")?, shelved: body("shelved")? }.checked().map_err(value_error)
+    let (present, shelved) = (body("present")?, body("shelved")?);
+    Ok(CloudTrack { stamp: item(state, "stamp")?.extract()?, present, shelved })
+}
+
+fn track_to(state: &Bound<'_, PyDict>, track: &CloudTrack) -> PyResult<()> {
+    state.set_item("stamp", track.stamp)?;
+    state.set_item("present", body_to(state.py(), &track.present)?)?;
+    state.set_item("shelved", body_to(state.py(), &track.shelved)?)
 }
 
 fn body_to<'py>(py: Python<'py>, Body { sightings, trend }: &Body) -> PyResult<Bound<'py, PyDict>> {
