@@ -20,6 +20,8 @@ from ttc_fast.status import Status
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from numpy.typing import NDArray
+
     from ttc_fast.brake.types import Criterion, Estimate, Motion
 
 
@@ -58,6 +60,11 @@ UNKNOWN = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
 """The statuses of a range rate that knows no closing speed."""
 
 
+FEW = 20
+"""A scan that has one beam in this many more or less, or is as much wider, is read by the beams of the range rate."""
+GEOMETRY = ("angle_min", "angle_increment", "beams")
+
+
 class ThreatAssessment:
     """The kernels of a controller, and which of them its criteria need.
 
@@ -83,6 +90,10 @@ class ThreatAssessment:
         self.scan = scan
         self.path = path
         self.range_rate = range_rate
+        self._rate_beams: NDArray[np.intp] | None = None
+        """The beam of a scan for each beam of the range rate, and -1 where there is none; None where they are one."""
+        if range_rate is not None and scan is not None and not is_same(scan, range_rate.scan):
+            self._rate_beams = nearest_beams(scan, range_rate.scan)
         self._horizon = horizon
         self._scan_path = None if scan is None else path_of(scan, horizon)
         self._needs_beams = self._needs_path = True
@@ -122,8 +133,24 @@ class ThreatAssessment:
         scan_path = path_of(scan, self._horizon)
         if (scan_path is None) is not (self._scan_path is None):
             raise ValueError("scan must have an outline where the one before it has one, or none")
-        self.range_rate = None if self.range_rate is None else range_rate_by_angle(self.range_rate, scan)
+        if self.range_rate is not None:
+            if not is_like(scan, self.range_rate.scan):
+                self.range_rate = range_rate_by_angle(self.range_rate, scan)
+            same = is_same(scan, self.range_rate.scan)
+            self._rate_beams = None if same else nearest_beams(scan, self.range_rate.scan)
         self.scan, self._scan_path = scan, scan_path
+
+    def _by_beams_of_rates(self, ranges: Any) -> Any:
+        """Return a scan as the beams of the range rate would have measured it."""
+        beams = self._rate_beams
+        if beams is None:
+            return ranges
+        ranges = np.asarray(ranges)
+        if self.scan is not None and len(ranges) != self.scan.beams:
+            raise ValueError(f"ranges must have {self.scan.beams} beams, got {len(ranges)}")
+        seen = ranges[beams]
+        seen[beams < 0] = np.nan
+        return seen
 
     def assess(self, frame: Frame) -> Threats:
         """Return the threats of a new frame: by the vehicle's motion, or else by the range rate, which takes it up."""
@@ -135,7 +162,7 @@ class ThreatAssessment:
             # Nothing gives closing speeds. Whether anything is seen is found as for a vehicle that stands.
             seen = self.assess_along(frame, STANDING)
             return seen._replace(speed=None, beams=None, path=None, closing_speed_known=False)
-        rates = self.range_rate.update(frame.ranges, frame.stamp)
+        rates = self.range_rate.update(self._by_beams_of_rates(frame.ranges), frame.stamp)
         known = rates.status not in UNKNOWN and rates.rated >= rates.unrated
         beams = self._beam_threat(Source.RANGE_RATE, frame, rates) if known else None
         return Threats(None, beams, None, *estimated_threat(frame), rates.counts.valid, rates.status, known)
@@ -143,7 +170,8 @@ class ThreatAssessment:
     def take_up(self, frame: Frame) -> None:
         """Let the range rate take up a frame that was assessed by motion, so that it is warm when odometry fails."""
         if self.range_rate is not None and frame.motion is not None and frame.ranges is not None:
-            self.range_rate.update(frame.ranges, frame.stamp, frame.motion.yaw_rate)
+            ranges = self._by_beams_of_rates(frame.ranges)
+            self.range_rate.update(ranges, frame.stamp, frame.motion.yaw_rate)
 
     def assess_along(self, frame: Frame, motion: Motion) -> Threats:
         """Return the threats of a frame to a vehicle of this motion."""
@@ -243,15 +271,37 @@ def range_rate_by_angle(range_rate: RangeRate, scan: ScanTTC) -> RangeRate:
     before, state = range_rate.scan, range_rate.state()
     other = RangeRate(**(range_rate.__getnewargs_ex__()[1] | {"scan": scan}))
     if state["stamps"]:
-        angles = before.angles
-        increment = (angles[-1] - angles[0]) / (len(angles) - 1) if len(angles) > 1 else math.inf
-        step, along = abs(increment), (scan.angles - angles[0]) * math.copysign(1.0, increment)
-        beams = (np.mod(along + step / 2.0, 2.0 * math.pi) / step).astype(np.intp)  # of the one before it
-        seen = beams < before.beams
-        carried = np.full((len(state["stamps"]), scan.beams), np.nan)
-        carried[:, seen] = np.array(state["readings"])[:, beams[seen]]
+        beams = nearest_beams(before, scan)
+        carried = np.array(state["readings"])[:, beams]
+        carried[:, beams < 0] = np.nan
         other.restore(state | {"beams": scan.beams, "readings": carried.tolist()})
     return other
+
+
+def nearest_beams(scan: ScanTTC, other: ScanTTC) -> NDArray[np.intp]:
+    """Return for each beam of another scanner the beam of this one that is nearest in direction.
+
+    It is -1 where the nearest one is more than half an increment away.
+    """
+    angles = scan.angles
+    increment = (angles[-1] - angles[0]) / (len(angles) - 1) if len(angles) > 1 else math.inf
+    step, along = abs(increment), (other.angles - angles[0]) * math.copysign(1.0, increment)
+    beams = (np.mod(along + step / 2.0, 2.0 * math.pi) / step).astype(np.intp)
+    return np.where(beams < len(angles), beams, -1)
+
+
+def is_same(scan: ScanTTC, other: ScanTTC) -> bool:
+    """Return whether the beams of two scanners are the same."""
+    return scan is other or (scan.beams == other.beams and np.array_equal(scan.angles, other.angles))
+
+
+def is_like(scan: ScanTTC, other: ScanTTC) -> bool:
+    """Return whether two scanners differ by their beams alone, and have nearly as many over nearly as wide a view."""
+    width, other_width = (abs(each.angles[-1] - each.angles[0]) for each in (scan, other))
+    if max(abs(scan.beams - other.beams) / other.beams, abs(width / (other_width or 1.0) - 1.0)) > 1.0 / FEW:
+        return False
+    one, two = (dict(each.__getnewargs_ex__()[1]) for each in (scan, other))
+    return all(repr(one[name]) == repr(two[name]) for name in one if name not in GEOMETRY)
 
 
 def path_of(scan: ScanTTC, horizon: float) -> ScanSweptPath | None:
