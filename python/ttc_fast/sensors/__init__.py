@@ -4,8 +4,9 @@ A message says more than its readings: where its beams point, in which frame it 
 these fields in their own ways. Node and replay hand every message to the same objects, in this order:
 
 ``frames``
-    To which sensor does it belong, and where does that sit on the vehicle? Messages of two ``frame_id`` on one topic
-    are of two sensors, which are never mixed. ``/tf_static`` knows the mount.
+    Of which sensor is it? Messages of two ``frame_id`` on one topic are of two sensors, which are never mixed.
+``transforms``
+    Where does that sensor sit on the vehicle? ``/tf_static`` says it, unless the user does.
 ``clock``
     When was it measured? A stamp of 0 is none, and a stamp that stands still is no new measurement.
 ``scans``
