@@ -194,7 +194,7 @@ def test_what_is_not_significant_does_not_close() -> None:
 def test_a_new_surface_has_no_rate_before_enough_scans() -> None:
     rates, rate, status = tracker(), np.empty(BEAMS), np.empty(BEAMS, np.uint8)
     for frame in range(12):
-        ranges = np.full(BEAMS, 5.0)
+        ranges = np.full(BEAMS, 5.0 + 1e-6 * frame)  # the same scan again would be no measurement
         if frame >= 6:
             ranges[AHEAD - 20 : AHEAD + 20] = 1.5
         said = rates.update(ranges, PERIOD * frame, range_rate_out=rate, status_out=status)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +32,10 @@ LONGEST_WINDOW = 60.0
 
 FASTEST_TURN = 1e4
 """No vehicle turns faster, rad/s."""
+PATIENCE = 0.6
+"""A scan that is repeated for longer than this part of the window shows a scene that stands."""
+ACCELERATION = 1.6
+"""Standard deviation of the acceleration of what is predicted, m/s^2."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,8 @@ class RangeRateNearest:
     """The number of beams that see something whose range rate is unknown."""
     nearest_unrated: float
     """The least clearance of the latter, m; infinite without one."""
+    age: float = math.inf
+    """The time since the newest scan that was not the one before again, s; infinite before the first."""
 
 
 @dataclass(frozen=True)
@@ -199,6 +205,9 @@ class RangeRate:
             self._remember(ranges, stamp, yaw_rate * elapsed)
             rates = self._rates()
             status, nearest = self._classified(ranges, rates, stale)
+            ahead, age = stamp - self._scans[-1].stamp, stamp - self._unchanged_since()
+            error = math.hypot(nearest.standard_error, ACCELERATION * ahead)
+            nearest = replace(nearest, ttc=max(nearest.ttc - ahead, 0.0), standard_error=error, age=age)
         with np.errstate(over="ignore", under="ignore"):
             if range_rate_out is not None:
                 range_rate_out[...] = rates.range_rate
@@ -212,9 +221,21 @@ class RangeRate:
         """Remember what was measured, and forget what is older than the window."""
         readings = self._scan._rules.usable(ranges).astype(np.float64)
         readings[(ranges == -np.inf) | np.isnan(self._scan._offset)] = np.nan
+        repeated = bool(self._scans) and _looks_like(readings, self._scans[-1])
+        if repeated and stamp - self._unchanged_since() < PATIENCE * self._window:
+            return
         recent = [scan for scan in self._scans if stamp - scan.stamp <= self._window]
         heading = recent[-1].heading + turned if recent else 0.0
         self._scans = [*recent, _Scan(stamp, heading, readings)][-MOST_SCANS:]
+
+    def _unchanged_since(self) -> float:
+        """Return the stamp of the oldest scan since which nothing has changed to the bit, s."""
+        since = newest = self._scans[-1]
+        for scan in reversed(self._scans):
+            if not _looks_like(scan.readings, newest):
+                break
+            since = scan
+        return since.stamp
 
     def _rates(self) -> _Rates:
         """Fit a line to the readings of each beam, from the newest back to the first that belongs to something else.
@@ -339,6 +360,11 @@ class RangeRate:
             nearest_unrated=float(np.min(clearance[unrated], initial=np.inf)),
         )
         return each, nearest
+
+
+def _looks_like(readings: Floats, scan: _Scan) -> bool:
+    """Whether two scans measured the same, to the bit."""
+    return np.array_equal(readings, scan.readings, equal_nan=True)
 
 
 _OUT_OF_ORDER = RangeRateNearest(

@@ -368,12 +368,15 @@ struct Outs<'a, 'py> {
 ///     ``ttc`` says.
 /// nearest_unrated : float
 ///     The least clearance among the unrated beams, m; infinite without one.
+/// age : float
+///     The time since the newest scan that was not the one before handed over again, s; inf before the first. Above 0 the
+///     answer is predicted.
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct RangeRateNearest(RatedNearest);
 
 results! {
     RangeRateNearest: RatedNearest {
         ttc "s", status "", beam "", angle "rad", range "m", clearance "m", closing_speed "m/s", standard_error "m/s",
-        counts "", rated "", unrated "", nearest_unrated "m"
+        counts "", rated "", unrated "", nearest_unrated "m", age "s"
     }
 }

@@ -70,7 +70,7 @@ class StillBody:
         return replace(now, seen=stamp, is_own=self.is_own or own)
 
 
-@shows_settings("gate", "estimator", "method", "front_offset", "jump", "max_gap")
+@shows_settings("gate", "estimator", "method", "front_offset", "jump", "max_gap", "min_closing_speed")
 class CloudTracker:
     """Follows the nearest body ahead that is not the vehicle itself, and never two at once.
 
@@ -86,9 +86,16 @@ class CloudTracker:
         front_offset: float = 0.0,
         jump: float = 0.5,
         max_gap: float = 0.5,
+        min_closing_speed: float = 0.05,
     ) -> None:
         self._nearest = BodyTracker(
-            gate, estimator=estimator, method=method, front_offset=front_offset, jump=jump, max_gap=max_gap
+            gate,
+            estimator=estimator,
+            method=method,
+            front_offset=front_offset,
+            jump=jump,
+            max_gap=max_gap,
+            min_closing_speed=min_closing_speed,
         )
         self._settings = self._nearest.settings
         self._beyond = self._beyond_vehicle()

@@ -11,11 +11,11 @@ import numpy as np
 from ttc_fast._core import Alignment
 from ttc_fast.reference.alignment.fit import Trend, trend
 from ttc_fast.reference.alignment.profile import Profile, Sighting, profile
-from ttc_fast.reference.arguments import finite, number
+from ttc_fast.reference.arguments import finite, non_negative, number
 from ttc_fast.reference.cloud.estimator import checked_estimator, nearest
 from ttc_fast.reference.cloud.gate import candidates, checked_gate
 from ttc_fast.reference.points import cloud
-from ttc_fast.reference.tracker.answer import TrackedTTC, nothing, only_where
+from ttc_fast.reference.tracker.answer import TrackedTTC, bounded, nothing, only_where
 from ttc_fast.status import Detection, Status
 
 if TYPE_CHECKING:
@@ -33,6 +33,10 @@ HARDEST = 20.0
 """The fastest change of a closing speed, m/s^2."""
 NINE_TENTHS = 1.645
 """Nine tenths of a normal distribution are within this many standard deviations."""
+PATIENCE = 0.8
+"""A cloud that is repeated for longer than this part of ``max_gap`` shows a scene that stands."""
+ACCELERATION = 1.6
+"""Standard deviation of the acceleration of a body that is predicted, m/s^2."""
 
 
 @dataclass
@@ -68,6 +72,21 @@ class Body:
             return abs(now.edge - last.edge) <= jump + FASTEST * dt
         return abs(now.edge - (edge - speed * dt)) <= jump + HARDEST * dt * dt / 2.0
 
+    @property
+    def unchanged_since(self) -> float | None:
+        """Stamp of the oldest sighting since which the body has looked the same to the bit."""
+        since = None
+        for sighting in reversed(self.sightings):
+            if not _looks_like(sighting, self.sightings[-1]):
+                break
+            since = sighting.stamp
+        return since
+
+    def is_repeated_by(self, now: Sighting, patience: float) -> bool:
+        """Whether a sighting is the last one handed over again; after ``patience`` (s) the body stands."""
+        since = self.unchanged_since
+        return since is not None and _looks_like(now, self.sightings[-1]) and now.stamp - since < patience
+
     def add(self, sighting: Sighting, settings: Alignment) -> None:
         """Add a sighting, and find the motion anew."""
         self.sightings = [*self.sightings, sighting][-MOST:]
@@ -88,6 +107,7 @@ class BodyTracker:
         front_offset: float,
         jump: float,
         max_gap: float,
+        min_closing_speed: float,
     ) -> None:
         self._gate, self._estimator = checked_gate(gate), checked_estimator(estimator)
         if method is not None and not isinstance(method, Alignment):
@@ -95,6 +115,7 @@ class BodyTracker:
         self._method = Alignment() if method is None else method
         self._front_offset = finite("front_offset", front_offset)
         self._jump, self._max_gap = _positive("jump", jump), _positive("max_gap", max_gap)
+        self._min_closing_speed = non_negative("min_closing_speed", min_closing_speed)
         self.settings: dict[str, Any] = {
             "gate": self._gate,
             "estimator": self._estimator,
@@ -102,6 +123,7 @@ class BodyTracker:
             "front_offset": self._front_offset,
             "jump": self._jump,
             "max_gap": self._max_gap,
+            "min_closing_speed": self._min_closing_speed,
         }
         self._stamp: float | None = None
         self._present, self._shelved = Body(), Body()
@@ -126,7 +148,8 @@ class BodyTracker:
         cells = sighting.profile
         if not (math.isfinite(edge) and np.isfinite([cells.count, cells.x, cells.z]).all()):  # sums that overflowed
             return only_where(Status.WARMING_UP, edge - self._front_offset)
-        self._follow(sighting)
+        if not self._present.is_repeated_by(sighting, PATIENCE * self._max_gap):
+            self._follow(sighting)
         return self._answer(too_few)
 
     def state(self) -> dict[str, Any]:
@@ -165,27 +188,44 @@ class BodyTracker:
         """Give the answer about the body at its last sighting."""
         trend, sightings = self._present.trend, self._present.sightings
         if trend is None:
-            return only_where(Status.WARMING_UP, sightings[-1].edge - self._front_offset if sightings else math.nan)
-        distance, speed = trend.distance - self._front_offset, trend.closing_speed
-        spread = NINE_TENTHS * math.sqrt(trend.variance)
+            edge = sightings[-1].edge if sightings else math.nan
+            return replace(only_where(Status.WARMING_UP, edge - self._front_offset), age=self._age)
+        later = self._stamp - sightings[-1].stamp if self._stamp is not None else 0.0
+        speed = trend.closing_speed
+        distance = trend.distance - speed * later - self._front_offset
+        spread = NINE_TENTHS * math.sqrt(trend.variance + (ACCELERATION * later) ** 2)
         # The first that holds.
         cases = {
             Status.CONTACT: distance <= 0,
             Status.TOO_FEW: too_few,
-            Status.CLOSING: speed > 0,
+            Status.CLOSING: speed > self._min_closing_speed,
             Status.NOT_CLOSING: True,
         }
         # The error of the distance counts by its share in the time.
         noise = self._method.range_noise
         either_way = math.hypot(spread, speed * NINE_TENTHS * noise / max(distance, noise))
         return TrackedTTC(
-            ttc=_time(distance, speed),
-            ttc_interval=(_time(distance, speed + either_way), _time(distance, speed - either_way)),
+            ttc=self._time_to(distance, speed),
+            ttc_interval=(
+                bounded(_time(distance, speed + either_way)),
+                bounded(_time(distance, speed - either_way)),
+            ),
             distance=distance,
             closing_speed=speed,
             closing_speed_interval=(speed - spread, speed + spread),
             status=next(status for status, holds in cases.items() if holds),
+            age=self._age,
         )
+
+    @property
+    def _age(self) -> float:
+        """The time since the newest cloud that was not the one before again, s; infinite without a body."""
+        since = self._present.unchanged_since
+        return math.inf if since is None or self._stamp is None else self._stamp - since
+
+    def _time_to(self, distance: float, speed: float) -> float:
+        """Give the time-to-collision, s; infinite where the gap does not close."""
+        return _time(distance, speed) if speed > self._min_closing_speed else math.inf
 
     def _coast(self, stamp: float) -> TrackedTTC:
         """Give the answer when nothing is ahead: the body that was there a moment ago goes on as it did."""
@@ -196,7 +236,14 @@ class BodyTracker:
             return nothing(Status.LOST, math.nan)
         speed = trend.closing_speed
         distance = trend.distance - speed * (stamp - sightings[-1].stamp) - self._front_offset
-        return replace(nothing(Status.LOST, distance), ttc=_time(distance, speed), closing_speed=speed)
+        lost = nothing(Status.LOST, distance)
+        return replace(lost, ttc=self._time_to(distance, speed), closing_speed=speed, age=self._age)
+
+
+def _looks_like(one: Sighting, other: Sighting) -> bool:
+    """Whether two frames show the same, to the bit."""
+    cells = zip(vars(one.profile).values(), vars(other.profile).values(), strict=True)
+    return one.edge == other.edge and all(np.array_equal(a, b) for a, b in cells)
 
 
 def _time(distance: float, closing_speed: float) -> float:

@@ -2,6 +2,7 @@
 
 - ``filter`` and ``window``: from distances of one target to a posterior of distance and closing speed, by each method
 - ``track``: one target, how noisy its distances are, whether the model follows them, whether the gap is stationary
+- ``repeats``: a new measurement, or the last one handed over again
 - ``answer``: from a posterior to a time-to-collision with its interval
 - ``association``: which target a distance belongs to, and all this put together
 """

@@ -30,6 +30,8 @@ class TrackedTTC:
     """Lower and upper end, m/s."""
     status: Status
     """What the numbers mean."""
+    age: float = math.inf
+    """The time since the newest measurement that was not the one before again, s; inf before the first."""
 
 
 def nothing(status: Status, distance: float) -> TrackedTTC:
@@ -42,7 +44,7 @@ def only_where(status: Status, distance: float) -> TrackedTTC:
     return nothing(Status.CONTACT if distance <= 0 else status, distance)
 
 
-def answer(posterior: Posterior, quantile: float, closes: bool) -> TrackedTTC:
+def of_posterior(posterior: Posterior, quantile: float, closes: bool) -> TrackedTTC:
     """Give the answer of a posterior; ``closes`` says whether the gap closes."""
     distance, speed = (float(value) for value in posterior.mean)
     half = quantile * math.sqrt(posterior.covariance[1, 1])
@@ -54,8 +56,13 @@ def answer(posterior: Posterior, quantile: float, closes: bool) -> TrackedTTC:
         ttc, status = distance / speed, Status.CLOSING
     else:
         ttc, status = math.inf, Status.NOT_CLOSING
-    low, high = ratio_interval(posterior, quantile)
+    low, high = map(bounded, ratio_interval(posterior, quantile))
     return TrackedTTC(ttc, (min(low, ttc), max(high, ttc)), distance, speed, (speed - half, speed + half), status)
+
+
+def bounded(time: float) -> float:
+    """Give the time, or infinity beyond some days: so slow a motion is none."""
+    return math.inf if time > 1e6 else time
 
 
 def ratio_interval(posterior: Posterior, quantile: float) -> tuple[float, float]:

@@ -9,8 +9,9 @@ from typing import Any
 
 from ttc_fast._core import EstimatedNoise, KalmanCA
 from ttc_fast.reference.arguments import non_negative, number, positive, shows_settings
-from ttc_fast.reference.tracker.answer import TrackedTTC, answer, nothing, only_where
+from ttc_fast.reference.tracker.answer import TrackedTTC, nothing, of_posterior, only_where
 from ttc_fast.reference.tracker.filter import Measurement
+from ttc_fast.reference.tracker.repeats import Repeat, Repeats
 from ttc_fast.reference.tracker.track import NORMAL, Innovation, NoiseLevel, Track, filter_of
 from ttc_fast.status import Status
 
@@ -66,6 +67,7 @@ class DistanceTracker:
         self._frames: list[tuple[float, float, float | None]] = []
         self._origin: float | None = None
         self._newest = 0.0
+        self._repeats = Repeats()
         self._confirmed: Track | None = None
         self._tentative: Track | None = None
         self._answer = nothing(Status.NO_DATA, math.nan)
@@ -82,12 +84,19 @@ class DistanceTracker:
         self._frames.append((distance, stamp, noise))
         if self._origin is None:
             self._origin = stamp
-        self._newest = seconds
+        interval, self._newest = seconds - self._newest, seconds
         if math.isfinite(distance):
             variance = self._noise.variance if own_noise is None else own_noise**2
-            self._answer = self._associate(Measurement(seconds, distance, variance, own_noise is not None))
+            row = Measurement(seconds, distance, variance, own_noise is not None)
+            predicted = self._confirmed.posterior(seconds, self._noise) if self._confirmed else None
+            reading = self._repeats.read(row, predicted, interval)
+            if isinstance(reading, Measurement):
+                answer = self._associate(reading, learns=own_noise is None)
+            else:
+                answer = self._repeat(reading)
         else:
-            self._answer = self._coast(distance)
+            answer = self._coast(distance)
+        self._answer = replace(answer, age=self._repeats.age(seconds))
         return self._answer
 
     def state(self) -> dict[str, Any]:
@@ -110,8 +119,16 @@ class DistanceTracker:
             return replace(self._answer_of(self._confirmed), status=Status.LOST)
         return nothing(Status.NO_DATA, math.nan) if math.isnan(distance) else nothing(Status.CLEAR, math.inf)
 
-    def _associate(self, new: Measurement) -> TrackedTTC:
-        """Give a distance to the track that it belongs to."""
+    def _repeat(self, reading: Repeat) -> TrackedTTC:
+        """Give the answer to a frame that hands over the last measurement again: the track is predicted."""
+        self._drop_stale_tracks()
+        if self._confirmed is None:
+            return nothing(Status.STALE, math.nan)
+        result = self._answer_of(self._confirmed)
+        return replace(result, status=Status.LOST) if reading is Repeat.FROZEN else result
+
+    def _associate(self, new: Measurement, *, learns: bool) -> TrackedTTC:
+        """Give a distance to the track that it belongs to; ``learns`` says whether the noise is learnt from it."""
         had_track = self._confirmed is not None
         self._drop_stale_tracks()
         confirmed, tentative = self._confirmed, self._tentative
@@ -119,8 +136,8 @@ class DistanceTracker:
             self._confirmed = Track(self._method, new)
             return only_where(Status.STALE if had_track else Status.WARMING_UP, new.distance)
         innovation = confirmed.innovation(new, self._noise, self._gate, self._max_speed)
-        if innovation.normalized is not None and not new.has_own_variance:
-            self._noise.learn(innovation.normalized)
+        if innovation.normalized is not None and learns:
+            self._noise.learn(innovation.normalized, new.variance)
         other = tentative.innovation(new, self._noise, self._gate, self._max_speed) if tentative else None
         lost = False
         if tentative and other and other.in_gate and _prefers_tentative(confirmed, innovation, other):
@@ -177,7 +194,7 @@ class DistanceTracker:
             return only_where(Status.WARMING_UP, track.last.distance)
         quantile = NORMAL if track.last.has_own_variance else self._noise.quantile
         closes = track.stationary.closes(posterior, quantile, track.correlation.variance_factor)
-        return answer(posterior, quantile, closes and bool(posterior.mean[1] > self._min_closing_speed))
+        return of_posterior(posterior, quantile, closes and bool(posterior.mean[1] > self._min_closing_speed))
 
 
 def _prefers_tentative(confirmed: Track, innovation: Innovation, tentative: Innovation) -> bool:

@@ -162,11 +162,11 @@ class NoiseLevel:
         ]
         return sum(term(NORMAL) / self.weight**power for power, term in enumerate(terms))
 
-    def learn(self, normalized: float) -> None:
-        """Learn from a normalized innovation."""
+    def learn(self, normalized: float, variance: float) -> None:
+        """Learn from the normalized innovation of a distance that was taken to have ``variance``."""
         if self.estimated:
             kept = 1 - 1 / self.estimated.frames
-            self.sum = self.sum * kept + clipped(normalized) ** 2 * self.variance
+            self.sum = self.sum * kept + clipped(normalized) ** 2 * variance
             self.weight = self.weight * kept + 1
 
 

@@ -3,17 +3,20 @@
 //! Each cloud shows a body: its edge, which is the robust nearest distance, and its profile behind the edge. The
 //! tracker gives this sighting to the body that it continues, or begins another, and the alignment of the profiles
 //! tells how the body moves.
+//!
+//! A cloud that is handed over again under a new stamp shows nothing new: the body is predicted. A scene that stands,
+//! seen without noise, gives the same cloud for ever; from `PATIENCE` of `max_gap` on a repeated cloud is measured.
 
 use super::estimator::{Detection, Estimator, robust_min_x};
 use super::gate::Gate;
 use super::pass::Candidates;
 use crate::alignment::{Alignment, Cell, FARTHEST, Profile, Sighting, Trend, trend};
-use crate::error::{Error, finite};
+use crate::error::{Error, finite, non_negative};
 use crate::points::Points;
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
-use crate::tracker::TrackedTtc;
+use crate::tracker::{TrackedTtc, bounded};
 use std::mem::take;
 
 /// The settings of a tracker.
@@ -31,6 +34,8 @@ pub struct CloudSettings {
     pub jump: f64,
     /// A body that is not seen for longer than this is forgotten, s.
     pub max_gap: f64,
+    /// A closing speed at or below this does not count as closing, m/s.
+    pub min_closing_speed: f64,
 }
 
 impl Default for CloudSettings {
@@ -42,6 +47,7 @@ impl Default for CloudSettings {
             front_offset: 0.0,
             jump: 0.5,
             max_gap: 0.5,
+            min_closing_speed: 0.05,
         }
     }
 }
@@ -131,6 +137,19 @@ impl Body {
         (now.edge - (edge - speed * dt)).abs() <= jump + HARDEST * dt * dt / 2.0
     }
 
+    /// Stamp of the oldest sighting since which the body has looked the same to the bit.
+    fn unchanged_since(&self) -> Option<f64> {
+        let mut newer_first = self.sightings.iter().rev();
+        let last = newer_first.next()?;
+        Some(newer_first.take_while(|sighting| looks_like(sighting, last)).last().unwrap_or(last).stamp)
+    }
+
+    /// Whether a sighting is the last one handed over again. After `patience` (s) it is one of a body that stands.
+    fn is_repeated_by(&self, now: &Sighting, patience: f64) -> bool {
+        self.sightings.last().is_some_and(|last| looks_like(now, last))
+            && self.unchanged_since().is_some_and(|since| now.stamp - since < patience)
+    }
+
     fn add(&mut self, sighting: Sighting, range_noise: f64) {
         self.sightings.push(sighting);
         let excess = self.sightings.len().saturating_sub(MOST);
@@ -151,6 +170,11 @@ fn is_possible(trend: &Trend) -> bool {
     trend.distance.is_finite() && trend.closing_speed.is_finite() && trend.variance.is_finite() && trend.variance >= 0.0
 }
 
+/// Whether two frames show the same, to the bit.
+fn looks_like(one: &Sighting, other: &Sighting) -> bool {
+    one.edge == other.edge && one.profile == other.profile
+}
+
 /// Follows the nearest body in a gate, and never two at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyTracker {
@@ -169,6 +193,11 @@ const FASTEST: f64 = 60.0;
 const HARDEST: f64 = 20.0;
 /// Nine tenths of a normal distribution are within this many standard deviations.
 const NINE_TENTHS: f64 = 1.645;
+/// A cloud that is repeated for longer than this part of `max_gap` shows a scene that stands. Lidars turn faster than
+/// that.
+const PATIENCE: f64 = 0.8;
+/// Standard deviation of the acceleration of a body that is predicted, m/s^2.
+const ACCELERATION: f64 = 1.6;
 
 impl BodyTracker {
     /// A tracker that has seen nothing.
@@ -185,6 +214,7 @@ impl BodyTracker {
                 return Err(Error::new(name, format!("must be above 0, got {value:?}")));
             }
         }
+        non_negative("min_closing_speed", settings.min_closing_speed)?;
         Ok(BodyTracker { settings, track: CloudTrack::default() })
     }
 
@@ -219,7 +249,9 @@ impl BodyTracker {
         if !is_finite(&sighting) {
             return Ok(TrackedTtc::only_where(Status::WarmingUp, edge - self.settings.front_offset));
         }
-        self.follow(sighting);
+        if !self.track.present.is_repeated_by(&sighting, PATIENCE * self.settings.max_gap) {
+            self.follow(sighting);
+        }
         Ok(self.answer(found.detection == Detection::TooFew))
     }
 
@@ -240,20 +272,24 @@ impl BodyTracker {
         present.add(sighting, self.settings.method.range_noise);
     }
 
-    /// The answer about the body at its last sighting.
+    /// The answer about the body at the newest stamp: that of its last sighting, or later where a cloud was repeated.
     fn answer(&self, too_few: bool) -> TrackedTtc {
-        let offset = self.settings.front_offset;
-        let Some(trend) = &self.track.present.trend else {
-            let edge = self.track.present.sightings.last().map_or(f64::NAN, |last| last.edge);
-            return TrackedTtc::only_where(Status::WarmingUp, edge - offset);
+        let (offset, body) = (self.settings.front_offset, &self.track.present);
+        let last = body.sightings.last();
+        let Some(trend) = &body.trend else {
+            let edge = last.map_or(f64::NAN, |last| last.edge);
+            return TrackedTtc { age: self.age(), ..TrackedTtc::only_where(Status::WarmingUp, edge - offset) };
         };
-        let (distance, speed) = (trend.distance - offset, trend.closing_speed);
-        let spread = NINE_TENTHS * trend.variance.sqrt();
+        let later = last.zip(self.track.stamp).map_or(0.0, |(last, stamp)| stamp - last.stamp);
+        let speed = trend.closing_speed;
+        let distance = trend.distance - speed * later - offset;
+        let spread = NINE_TENTHS * (trend.variance + (ACCELERATION * later).powi(2)).sqrt();
+        let closes = speed > self.settings.min_closing_speed;
         let status = if distance <= 0.0 {
             Status::Contact
         } else if too_few {
             Status::TooFew
-        } else if speed > 0.0 {
+        } else if closes {
             Status::Closing
         } else {
             Status::NotClosing
@@ -262,13 +298,25 @@ impl BodyTracker {
         let apart = NINE_TENTHS * self.settings.method.range_noise / distance.max(self.settings.method.range_noise);
         let either_way = spread.hypot(speed * apart);
         TrackedTtc {
-            ttc: time(distance, speed),
-            ttc_interval: Some([time(distance, speed + either_way), time(distance, speed - either_way)]),
+            ttc: self.time_to(distance, speed),
+            ttc_interval: Some([speed + either_way, speed - either_way].map(|speed| bounded(time(distance, speed)))),
             distance,
             closing_speed: speed,
             closing_speed_interval: Some([speed - spread, speed + spread]),
             status,
+            age: self.age(),
         }
+    }
+
+    /// Time-to-collision, s; infinite where the gap does not close.
+    fn time_to(&self, distance: f64, speed: f64) -> f64 {
+        if speed > self.settings.min_closing_speed { time(distance, speed) } else { f64::INFINITY }
+    }
+
+    /// The time since the newest cloud that was not the one before again, s; infinite without a body.
+    fn age(&self) -> f64 {
+        let since = self.track.present.unchanged_since();
+        self.track.stamp.zip(since).map_or(f64::INFINITY, |(stamp, since)| stamp - since)
     }
 
     /// The answer when nothing is ahead: the body that was there a moment ago goes on as it did.
@@ -278,8 +326,12 @@ impl BodyTracker {
         };
         let Some(trend) = &self.track.present.trend else { return TrackedTtc::nothing(Status::Lost, f64::NAN) };
         let distance = trend.distance - trend.closing_speed * (stamp - last.stamp) - self.settings.front_offset;
-        let ttc = time(distance, trend.closing_speed);
-        TrackedTtc { ttc, closing_speed: trend.closing_speed, ..TrackedTtc::nothing(Status::Lost, distance) }
+        TrackedTtc {
+            ttc: self.time_to(distance, trend.closing_speed),
+            closing_speed: trend.closing_speed,
+            age: self.age(),
+            ..TrackedTtc::nothing(Status::Lost, distance)
+        }
     }
 }
 

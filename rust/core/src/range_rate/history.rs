@@ -109,6 +109,18 @@ impl History {
         readings
     }
 
+    /// Takes back memory that was not needed.
+    pub(super) fn spare(&mut self, readings: Vec<f64>) {
+        self.spare = Some(readings);
+    }
+
+    /// The stamp of the oldest scan since which nothing has changed to the bit, s; infinite without a scan.
+    pub(super) fn unchanged_since(&self) -> f64 {
+        let Some(newest) = self.newest() else { return f64::INFINITY };
+        let same = self.scans.iter().take_while(|scan| looks_like(&scan.readings, &newest.readings));
+        same.last().map_or(newest.stamp, |scan| scan.stamp)
+    }
+
     pub(super) fn remember(&mut self, scan: Remembered) {
         self.scans.push_front(scan);
     }
@@ -116,6 +128,11 @@ impl History {
     pub(super) fn clear(&mut self) {
         self.scans.clear();
     }
+}
+
+/// Whether two scans measured the same, to the bit.
+pub(super) fn looks_like(one: &[f64], other: &[f64]) -> bool {
+    one.iter().zip(other).all(|(one, other)| one.to_bits() == other.to_bits())
 }
 
 /// An earlier scan, in the directions in which the beams point now.

@@ -22,8 +22,13 @@ use crate::status::Status;
 use crate::vehicle::Motion;
 use classify::{Beams, Classify, Coverage, Least};
 use fit::LineFit;
-use history::{GROUP, History, Measure, Remembered, past};
+use history::{GROUP, History, Measure, Remembered, looks_like, past};
 
+/// A scan that is repeated for longer than this part of the window shows a scene that stands. Scanners turn faster than
+/// that.
+const PATIENCE: f64 = 0.6;
+/// Standard deviation of the acceleration of what is predicted, m/s^2.
+const ACCELERATION: f64 = 1.6;
 /// No vehicle turns faster, rad/s. This keeps headings far from overflow.
 const FASTEST_TURN: f64 = 1e4;
 
@@ -55,6 +60,8 @@ pub struct RatedNearest {
     pub unrated: u32,
     /// The least clearance of the latter, m; infinite without one.
     pub nearest_unrated: f64,
+    /// The time since the newest scan that was not the one before handed over again, s; infinite before the first.
+    pub age: f64,
 }
 
 /// What a [`RangeRate`] remembers.
@@ -168,17 +175,22 @@ impl RangeRate {
         let stale = elapsed.is_some_and(|elapsed| elapsed > self.settings.window);
         self.remember(ranges, stamp, elapsed.map_or(0.0, |elapsed| yaw_rate * elapsed));
         let coverage = self.classify(ranges, outputs);
-        Ok(self.nearest(&self.scan.view(ranges, Motion::default())?, coverage, stale))
+        Ok(self.nearest(&self.scan.view(ranges, Motion::default())?, coverage, stale).at(stamp, &self.history))
     }
 
-    /// Remembers what was measured, and forgets what is older than the window.
+    /// Remembers what was measured, and forgets what is older than the window. A scan that is handed over again is no
+    /// measurement; a scene that stands, seen without noise, is one from `PATIENCE` of the window on.
     fn remember<T: Range>(&mut self, ranges: Column<'_, T>, stamp: f64, turned: f64) {
-        self.history.forget(stamp, self.settings.window);
         let (rules, offset, memory) = (T::kernel_tables(&self.scan).rules, &self.offset, self.history.memory());
         let readings = match ranges.dense() {
             Some(ranges) => self.scan.level.run(Measure { ranges, rules, offset, memory }),
             None => self.scan.level.run(Measure { ranges, rules, offset, memory }),
         };
+        let unchanged = self.history.newest().is_some_and(|last| looks_like(&last.readings, &readings));
+        if unchanged && stamp - self.history.unchanged_since() < PATIENCE * self.settings.window {
+            return self.history.spare(readings);
+        }
+        self.history.forget(stamp, self.settings.window);
         let heading = self.history.newest().map_or(0.0, |last| last.heading + turned);
         self.history.remember(Remembered { stamp, heading, readings });
     }
@@ -234,6 +246,7 @@ impl RangeRate {
             rated: coverage.rated,
             unrated: coverage.unrated,
             nearest_unrated: coverage.nearest_unrated,
+            age: 0.0,
         }
     }
 
@@ -249,6 +262,17 @@ impl RangeRate {
 }
 
 impl RatedNearest {
+    /// The answer predicted from the newest scan that is remembered to `stamp`.
+    fn at(self, stamp: f64, history: &History) -> RatedNearest {
+        let ahead = history.newest().map_or(0.0, |last| stamp - last.stamp);
+        RatedNearest {
+            ttc: (self.ttc - ahead).max(0.0),
+            standard_error: self.standard_error.hypot(ACCELERATION * ahead),
+            age: stamp - history.unchanged_since(),
+            ..self
+        }
+    }
+
     /// The answer for a scan that is not newer than the last.
     fn out_of_order() -> RatedNearest {
         RatedNearest {
@@ -264,6 +288,7 @@ impl RatedNearest {
             rated: 0,
             unrated: 0,
             nearest_unrated: f64::INFINITY,
+            age: f64::INFINITY,
         }
     }
 }

@@ -18,6 +18,8 @@ pub struct TrackedTtc {
     pub closing_speed_interval: Option<[f64; 2]>,
     /// What the numbers mean.
     pub status: Status,
+    /// Time since the newest measurement that was not the one before handed over again, s; infinite before the first.
+    pub age: f64,
 }
 
 impl TrackedTtc {
@@ -30,6 +32,7 @@ impl TrackedTtc {
             closing_speed: f64::NAN,
             closing_speed_interval: None,
             status,
+            age: f64::INFINITY,
         }
     }
 
@@ -53,7 +56,7 @@ impl TrackedTtc {
         } else {
             (f64::INFINITY, Status::NotClosing)
         };
-        let [low, high] = ratio_interval(posterior, quantile);
+        let [low, high] = ratio_interval(posterior, quantile).map(bounded);
         TrackedTtc {
             ttc,
             ttc_interval: Some([low.min(ttc), high.max(ttc)]),
@@ -61,12 +64,18 @@ impl TrackedTtc {
             closing_speed,
             closing_speed_interval: Some([closing_speed - half, closing_speed + half]),
             status,
+            age: 0.0,
         }
     }
 
     pub(super) fn with(self, status: Status) -> Self {
         TrackedTtc { status, ..self }
     }
+}
+
+/// The time, or infinity beyond some days: so slow a motion is none.
+pub(crate) fn bounded(time: f64) -> f64 {
+    if time > 1e6 { f64::INFINITY } else { time }
 }
 
 /// The interval of all times `T >= 0` for which `distance - T closing_speed` is within `quantile` standard deviations

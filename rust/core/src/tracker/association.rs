@@ -7,6 +7,7 @@
 
 use super::answer::TrackedTtc;
 use super::filter::Measurement;
+use super::repeats::{Reading, Repeats};
 use super::settings::Settings;
 use super::track::{Innovation, NORMAL, NoiseLevel, Track};
 use crate::error::{Error, positive};
@@ -21,6 +22,7 @@ pub struct DistanceTracker {
     pub(super) origin: Option<f64>,
     /// The newest stamp, s since the origin.
     pub(super) newest: f64,
+    pub(super) repeats: Repeats,
     pub(super) confirmed: Option<Track>,
     pub(super) tentative: Option<Track>,
     pub(super) answer: TrackedTtc,
@@ -47,6 +49,7 @@ impl DistanceTracker {
             noise: NoiseLevel::new(settings.noise),
             origin: None,
             newest: 0.0,
+            repeats: Repeats::new(),
             confirmed: None,
             tentative: None,
             answer: TrackedTtc::nothing(Status::NoData, f64::NAN),
@@ -59,7 +62,8 @@ impl DistanceTracker {
         &self.settings
     }
 
-    /// The answer after one more frame, taken at `stamp` (s). NaN and +inf say that the target is not in the frame.
+    /// The answer after one more frame, taken at `stamp` (s). NaN and +inf say that the target is not in the frame. A
+    /// distance that is repeated to the bit is predicted through, as [`super::repeats`] says.
     ///
     /// `noise` is the standard deviation of this distance, m, in the place of that of the settings.
     ///
@@ -73,13 +77,20 @@ impl DistanceTracker {
             return Ok(self.answer.with(Status::Invalid));
         }
         self.origin.get_or_insert(stamp);
+        let interval = seconds - self.newest;
         self.newest = seconds;
         self.answer = if distance.is_finite() {
             let variance = noise.map_or_else(|| self.noise.variance(), |noise| noise * noise);
-            self.associate(Measurement { stamp: seconds, distance, variance, has_own_variance: noise.is_some() })
+            let row = Measurement { stamp: seconds, distance, variance, has_own_variance: noise.is_some() };
+            let predicted = self.confirmed.as_ref().and_then(|track| track.posterior(seconds, &self.noise));
+            match self.repeats.read(row, predicted, interval) {
+                Reading::New(measurement) => self.associate(measurement, noise.is_none()),
+                reading => self.repeat(reading),
+            }
         } else {
             self.coast(distance)
         };
+        self.answer.age = self.repeats.age(seconds);
         Ok(self.answer)
     }
 
@@ -91,8 +102,8 @@ impl DistanceTracker {
         Some(Prediction { distance: posterior.distance, variance: posterior.dd })
     }
 
-    /// Gives a distance to the track that it belongs to.
-    fn associate(&mut self, new: Measurement) -> TrackedTtc {
+    /// Gives a distance to the track that it belongs to. `learns` says whether the noise is learnt from it.
+    fn associate(&mut self, new: Measurement, learns: bool) -> TrackedTtc {
         let had_track = self.confirmed.is_some();
         self.drop_stale_tracks();
         let Some(mut confirmed) = self.confirmed.take() else {
@@ -100,8 +111,8 @@ impl DistanceTracker {
             return TrackedTtc::only_where(if had_track { Status::Stale } else { Status::WarmingUp }, new.distance);
         };
         let innovation = confirmed.innovation(new, &self.settings, &self.noise);
-        if let Some(normalized) = innovation.normalized.filter(|_| !new.has_own_variance) {
-            self.noise.learn(normalized);
+        if let Some(normalized) = innovation.normalized.filter(|_| learns) {
+            self.noise.learn(normalized, new.variance);
         }
         let is_farther = innovation.value > self.settings.jump;
         let tentative = self.tentative.take();
@@ -173,6 +184,17 @@ impl DistanceTracker {
             Some(track) => self.answer_of(track).with(Status::Lost),
             None if distance.is_nan() => TrackedTtc::nothing(Status::NoData, f64::NAN),
             None => TrackedTtc::nothing(Status::Clear, f64::INFINITY),
+        }
+    }
+
+    /// The answer to a frame that hands over the last measurement again: the track is predicted. A frozen sensor has
+    /// lost it.
+    fn repeat(&mut self, reading: Reading) -> TrackedTtc {
+        self.drop_stale_tracks();
+        match &self.confirmed {
+            Some(track) if reading == Reading::Frozen => self.answer_of(track).with(Status::Lost),
+            Some(track) => self.answer_of(track),
+            None => TrackedTtc::nothing(Status::Stale, f64::NAN),
         }
     }
 

@@ -2,7 +2,8 @@
 //!
 //! [`settings`] says what a user can choose. [`filter`] and [`window`] turn the distances of one target into a
 //! posterior of distance and closing speed, under the motion model of a [`Method`]. A [`track`] adds what no filter
-//! knows: the noise, where it is not given, whether the model fits, and whether the gap is stationary. [`association`]
+//! knows: the noise, where it is not given, whether the model fits, and whether the gap is stationary. [`repeats`]
+//! tells a new measurement from the last one handed over again. [`association`]
 //! gates each innovation, decides which target a distance belongs to, and is the [`DistanceTracker`]. [`answer`] makes
 //! a time-to-collision of a posterior, and [`state`] writes down and reads what a tracker remembers.
 //!
@@ -11,11 +12,13 @@
 mod answer;
 mod association;
 mod filter;
+mod repeats;
 mod settings;
 mod state;
 mod track;
 mod window;
 
 pub use answer::TrackedTtc;
+pub(crate) use answer::bounded;
 pub use association::{DistanceTracker, Prediction};
 pub use settings::{Method, Noise, Settings};

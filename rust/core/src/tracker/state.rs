@@ -6,6 +6,7 @@
 use super::answer::TrackedTtc;
 use super::association::DistanceTracker;
 use super::filter::{KalmanFilter, Measurement, State};
+use super::repeats::Repeats;
 use super::settings::Settings;
 use super::track::{Filter, InnovationCorrelation, Track};
 use super::window::MOST;
@@ -18,9 +19,12 @@ impl DistanceTracker {
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let mut out = vec![self.origin.unwrap_or(f64::NAN), self.newest, self.noise.sum, self.noise.weight];
-        let TrackedTtc { ttc, ttc_interval, distance, closing_speed, closing_speed_interval, status } = self.answer;
-        out.extend([ttc, distance, closing_speed, f64::from(status as u8)]);
+        let TrackedTtc { ttc, ttc_interval, distance, closing_speed, closing_speed_interval, status, age } =
+            self.answer;
+        out.extend([ttc, distance, closing_speed, age, f64::from(status as u8)]);
         out.extend([ttc_interval, closing_speed_interval].into_iter().flat_map(|ends| ends.unwrap_or([f64::NAN; 2])));
+        out.extend([self.repeats.value, self.repeats.since]);
+        out.extend(self.repeats.steps.into_iter().chain(self.repeats.dwells));
         for track in [&self.confirmed, &self.tentative] {
             out.push(f64::from(u8::from(track.is_some())));
             if let Some(track) = track {
@@ -47,18 +51,24 @@ impl DistanceTracker {
         self.origin = origin.is_finite().then_some(origin);
         self.newest = reader.finite()?;
         (self.noise.sum, self.noise.weight) = (reader.not_negative()?, reader.not_negative()?);
-        let [ttc, distance, closing_speed] = reader.many(Reader::any)?;
+        let [ttc, distance, closing_speed, age] = reader.many(Reader::any)?;
         let status = Status::ALL.get(reader.count(Status::ALL.len() - 1)?).copied()?;
         let mut ends = || {
             let [low, high] = reader.many(Reader::any)?;
             Some((!low.is_nan()).then_some([low, high]))
         };
         let (ttc_interval, closing_speed_interval) = (ends()?, ends()?);
-        self.answer = TrackedTtc { ttc, ttc_interval, distance, closing_speed, closing_speed_interval, status };
+        self.answer = TrackedTtc { ttc, ttc_interval, distance, closing_speed, closing_speed_interval, status, age };
         let negative = |time: f64| time.is_nan() || time < 0.0;
         if negative(ttc) || ttc_interval.is_some_and(|ends| ends.into_iter().any(negative)) {
             return None;
         }
+        self.repeats = Repeats {
+            value: reader.any()?,
+            since: reader.finite()?,
+            steps: reader.many(Reader::not_negative)?,
+            dwells: reader.many(Reader::not_negative)?,
+        };
         for track in [&mut self.confirmed, &mut self.tentative] {
             if reader.count(1)? == 1 {
                 let mut read = Track::empty(self.settings.method);

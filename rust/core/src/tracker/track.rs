@@ -199,14 +199,14 @@ impl NoiseLevel {
         }
     }
 
-    /// Learns from a normalized innovation.
+    /// Learns from the normalized innovation of a distance that was taken to have `variance`.
     ///
-    /// Its square times the variance of a distance is, on average, that variance, if the filter is right about all
-    /// else.
-    pub(super) fn learn(&mut self, normalized: f64) {
+    /// Its square times that variance is, on average, the variance that the distance has, if the filter is right
+    /// about all else.
+    pub(super) fn learn(&mut self, normalized: f64, variance: f64) {
         if let Noise::Estimated { frames, .. } = self.noise {
             let kept = 1.0 - 1.0 / frames;
-            self.sum = self.sum * kept + clipped(normalized).powi(2) * self.variance();
+            self.sum = self.sum * kept + clipped(normalized).powi(2) * variance;
             self.weight = self.weight * kept + 1.0;
         }
     }
@@ -353,11 +353,11 @@ mod tests {
     fn noise_is_learnt_and_given_noise_is_not() {
         let mut level = NoiseLevel::new(Noise::Estimated { start: 0.03, frames: 30.0 });
         for _ in 0..2000 {
-            level.learn(0.3 / level.variance().sqrt());
+            level.learn(0.3 / level.variance().sqrt(), level.variance());
         }
         assert!((level.variance().sqrt() / 0.3 - 1.0).abs() < 1e-6);
         let mut given = NoiseLevel::new(Noise::Given(0.02));
-        given.learn(3.0);
+        given.learn(3.0, 4e-4);
         assert_eq!(given, NoiseLevel::new(Noise::Given(0.02)));
     }
 

@@ -63,7 +63,9 @@ macro_rules! results {
             }
 
             fn key(&self) -> impl PartialEq + std::hash::Hash + use<> {
-                ($($crate::macros::Value::key(&self.$field),)*)
+                let key = ();
+                $(let key = (key, $crate::macros::Value::key(&self.$field));)*
+                key
             }
         }
     };

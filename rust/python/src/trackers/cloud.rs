@@ -32,7 +32,10 @@ use ttc_fast_core::cloud::{self, Body, CloudMemory, CloudSettings, CloudTrack, S
 /// jump : float
 ///     An edge this far from where it was expected is another body's, m: the tracker begins anew with that.
 /// max_gap : float
-///     A body not seen for longer than this is forgotten, s.
+///     A body not seen for longer than this is forgotten, s. A cloud that is repeated for 0.8 of it shows a scene that
+///     stands; before, a repeated cloud is no measurement.
+/// min_closing_speed : float
+///     A closing speed at or below this is not closing, m/s.
 ///
 /// Raises
 /// ------
@@ -58,7 +61,7 @@ use ttc_fast_core::cloud::{self, Body, CloudMemory, CloudSettings, CloudTrack, S
 /// ...     wall = np.column_stack([np.full(y.size, 12.0 - 0.4 * frame), y, z])
 /// ...     seen = tracker.update(wall, stamp=0.1 * frame)
 /// >>> seen
-/// TrackedTTC(ttc=2.5000, status=CLOSING, distance=10.0000, closing_speed=4.0000)
+/// TrackedTTC(ttc=2.5000, status=CLOSING, distance=10.0000, closing_speed=4.0000, age=0.0000)
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct CloudTracker {
     tracker: Mutex<cloud::CloudTracker>,
@@ -68,7 +71,7 @@ pub struct CloudTracker {
 #[pymethods]
 impl CloudTracker {
     #[new]
-    #[pyo3(signature = (gate=None, *, estimator=None, method=None, front_offset=0.0, jump=0.5, max_gap=0.5))]
+    #[pyo3(signature = (gate=None, *, estimator=None, method=None, front_offset=0.0, jump=0.5, max_gap=0.5, min_closing_speed=0.05))]
     fn new(
         gate: Option<&Bound<'_, PyAny>>,
         estimator: Option<&Bound<'_, PyAny>>,
@@ -76,6 +79,7 @@ impl CloudTracker {
         front_offset: f64,
         jump: f64,
         max_gap: f64,
+        min_closing_speed: f64,
     ) -> PyResult<Self> {
         let settings = CloudSettings {
             gate: *self::gate(gate)?,
@@ -84,6 +88,7 @@ impl CloudTracker {
             front_offset,
             jump,
             max_gap,
+            min_closing_speed,
         };
         let tracker = Mutex::new(cloud::CloudTracker::new(settings).map_err(value_error)?);
         Ok(CloudTracker { tracker, settings })
@@ -106,7 +111,8 @@ impl CloudTracker {
     ///     estimator, the plain nearest was used. WARMING_UP: fewer than 3 frames of this body so far. LOST: the body
     ///     is not there any more; for ``max_gap`` it is taken to go on as it did. NO_DATA: no valid point. INVALID: the
     ///     stamp is not finite, or not later than the last one; nothing is remembered of such a cloud, and the answer
-    ///     is that of the last body seen.
+    ///     is that of the last body seen. A cloud that is repeated to the bit under a new stamp is no measurement: the
+    ///     body is predicted, the interval widens, and ``age`` says for how long.
     ///
     /// Raises
     /// ------
@@ -118,7 +124,7 @@ impl CloudTracker {
     /// >>> import numpy as np, ttc_fast
     /// >>> tracker = ttc_fast.CloudTracker(estimator=ttc_fast.Minimum())
     /// >>> tracker.update(np.array([[8.0, 0.0, 0.5]]), stamp=3.0)
-    /// TrackedTTC(ttc=inf, status=WARMING_UP, distance=8.0000, closing_speed=NaN)
+    /// TrackedTTC(ttc=inf, status=WARMING_UP, distance=8.0000, closing_speed=NaN, age=0.0000)
     fn update(&self, py: Python<'_>, points: &Bound<'_, PyAny>, stamp: &Bound<'_, PyAny>) -> PyResult<TrackedTTC> {
         let stamp = crate::util::number("stamp", stamp)?;
         let cloud = Cloud::view("points", points)?;
@@ -227,6 +233,7 @@ settings! {
         front_offset: it.settings.front_offset,
         jump: it.settings.jump,
         max_gap: it.settings.max_gap,
+        min_closing_speed: it.settings.min_closing_speed,
     }
 }
 

@@ -26,12 +26,16 @@ use ttc_fast_core::tracker::{Method, Noise, TrackedTtc};
 ///     ``closing_speed_interval`` is None.
 /// closing_speed_interval : tuple of float or None
 ///     The truth lies in it nine times of ten, m/s. None while warming up, and where there is no target.
+/// age : float
+///     The time since the newest measurement that was not the one before handed over again, s; inf before the first.
+///     Above 0 the answer is predicted, unless the target stands and is seen without noise.
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct TrackedTTC(pub TrackedTtc);
 
 results! {
     TrackedTTC: TrackedTtc {
-        ttc "s", status "", distance "m", closing_speed "m/s", ttc_interval "s", closing_speed_interval "m/s"
+        ttc "s", status "", distance "m", closing_speed "m/s", ttc_interval "s", closing_speed_interval "m/s",
+        age "s"
     }
 }
 
