@@ -140,7 +140,7 @@ impl Argument for f64 {
 impl Argument for usize {
     type Given = i64;
     fn checked(name: &str, given: i64) -> PyResult<Self> {
-        util::count(name, given, 1)
+        usize::try_from(given).or_else(|_| util::count(name, given, 1)) // the core knows where 0 makes sense
     }
 }
 
