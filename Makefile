@@ -52,6 +52,8 @@ instructions: $(VENV)/.created ## count the instructions of the hot calls, and f
 	$(BIN)/python tools/instructions.py $(if $(RECORD),--record)
 
 lint: $(VENV)/.has-lint ## check format, lints, types, stubs and words
+	$(call say,merge conflicts)
+	@! git grep -nE '^(<<<<<<<|>>>>>>>) '
 	$(call say,Rust)
 	cargo fmt --all --check
 	cargo clippy --quiet --workspace --all-targets --locked -- --deny warnings

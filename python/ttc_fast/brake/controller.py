@@ -558,5 +558,5 @@ class BrakeController:
 
 
 def moves(motion: Motion | None) -> bool:
-    """Return whether a motion goes anywhere."""
+    """Return whether a motion moves or turns the vehicle."""
     return motion is not None and any(motion[:3])

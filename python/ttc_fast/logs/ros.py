@@ -195,7 +195,7 @@ class _Source:
             raise LogError(self.bag.path, f"{name} {mixed_sensors(frames, 'the option frame')}")
         if self.geometry is None and self.topic.type == LASER_SCAN:
             errors.raise_if_any(0)
-        self._decide(clocks[name], clocks[moving] if moving else None)
+        self._choose_clock(clocks[name], clocks[moving] if moving else None)
 
     def _take_geometry(self, reader: ScanReader, message: Any, errors: ReadErrors) -> None:
         try:
@@ -208,8 +208,8 @@ class _Source:
         """Where the sensor sits on the vehicle, if the static transforms say it."""
         return self.transforms.mount(self._options.base_frame or "base_link", self.frame_id)
 
-    def _decide(self, frames: StampSurvey, moving: StampSurvey | None) -> None:
-        """Decide which times hold, by what the first messages say."""
+    def _choose_clock(self, frames: StampSurvey, moving: StampSurvey | None) -> None:
+        """Choose the clock of the bag: stamps of messages or times of recording, by what the first messages say."""
         by = self._options.clock
         self._from_header = by == "header" or (by is None and frames.has_stamps)
         self.clock = STAMPED if self._from_header else UNSTAMPED if by is None else RECORDED

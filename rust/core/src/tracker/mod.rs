@@ -1,11 +1,11 @@
 //! Closing speed and time-to-collision from distances over several frames, with their uncertainty.
 //!
 //! [`settings`] says what a user can choose. [`filter`] and [`window`] turn the distances of one target into a
-//! posterior of distance and closing speed, under the motion model of a [`Method`]. A [`track`] adds what no filter
-//! knows: the noise, where it is not given, whether the model fits, and whether the gap is stationary. [`repeats`]
-//! tells a new measurement from the last one handed over again. [`association`]
-//! gates each innovation, decides which target a distance belongs to, and is the [`DistanceTracker`]. [`answer`] makes
-//! a time-to-collision of a posterior, and [`state`] writes down and reads what a tracker remembers.
+//! posterior of distance and closing speed, under the motion model of a [`Method`]. A [`track`] gates each innovation,
+//! and adds what no filter knows: the noise, where it is not given, whether the model fits, and whether the gap is
+//! stationary. [`repeats`] tells a new measurement from the last one handed over again. [`association`] decides which
+//! target a distance belongs to, and is the [`DistanceTracker`]. [`answer`] makes a time-to-collision of a posterior,
+//! and [`state`] writes down and reads what a tracker remembers.
 //!
 //! There is no clock and no I/O: time is what the stamps say.
 

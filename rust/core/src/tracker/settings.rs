@@ -35,12 +35,14 @@ pub enum Method {
     },
     /// A Kalman filter of constant velocity, with white acceleration as process noise.
     KalmanCv {
-        /// Standard deviation of the change of closing speed within one second, m/s.
+        /// Strength of the white acceleration: the standard deviation by which the closing speed changes within one
+        /// second, m/s.
         acceleration: f64,
     },
     /// A Kalman filter of constant acceleration, with white jerk as process noise.
     KalmanCa {
-        /// Standard deviation of the change of closing acceleration within one second, m/s^2.
+        /// Strength of the white jerk: the standard deviation by which the closing acceleration changes within one
+        /// second, m/s^2.
         jerk: f64,
         /// Standard deviation of the acceleration at first, m/s^2.
         acceleration: f64,
@@ -68,7 +70,7 @@ pub struct Settings {
     pub method: Method,
     /// The standard deviation of one distance.
     pub noise: Noise,
-    /// The largest innovation of a distance that belongs to a track, in standard deviations.
+    /// The largest innovation of a distance that belongs to a track, in standard deviations. Python calls it `gate`.
     pub innovation_gate: f64,
     /// A distance outside the gate that is nearer by more than this is a new target at once, m.
     pub jump: f64,
