@@ -122,7 +122,7 @@ def _in_a_loop(arguments: argparse.Namespace) -> list[float]:
     for i in range(WARMING_UP + arguments.scans):
         data = io.BytesIO()
         _scan(NEAR if i % 2 else FAR, arguments.beams).serialize(data)
-        node._on_odometry(_odometry())
+        node._on_odometry("/odom", _odometry())
         node.receive(data.getvalue())
         if said[-1] is not bool(i % 2):
             raise AssertionError(f"the node said {said[-1]} to scan {i}")
@@ -139,5 +139,7 @@ def _scan(distance: float, beams: int) -> LaserScan:
 def _odometry() -> Odometry:
     odometry = Odometry()
     odometry.header.stamp = rospy.get_rostime()
+    odometry.pose.pose.position.x = SPEED * odometry.header.stamp.to_sec()
+    odometry.pose.pose.orientation.w = 1.0
     odometry.twist.twist.linear.x = SPEED
     return odometry
