@@ -132,7 +132,7 @@ def _in_a_loop(arguments: argparse.Namespace) -> list[float]:
 def _scan(distance: float, beams: int) -> LaserScan:
     scan = LaserScan(angle_min=-2.35, angle_increment=4.7 / beams, range_min=0.06, range_max=30.0)
     scan.ranges, scan.intensities = np.full(beams, distance, np.float32), np.zeros(0, np.float32)
-    scan.header.stamp = rospy.get_rostime()
+    scan.header.stamp, scan.header.frame_id = rospy.get_rostime(), "laser"
     return scan
 
 
