@@ -9,7 +9,15 @@ from ttc_fast.configuration import PARTS, Configuration, ConfigurationError, rea
 from ttc_fast.ros.settings import NodeSettings, SettingError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from os import PathLike
+
+NAME = "ttc_fast"
+"""The name of the node, unless it is renamed at launch."""
+ROS_2 = "ros__parameters"
+"""The key above the parameters of a node in files of ROS 2."""
+OF_EVERY_NODE = frozenset({"use_sim_time", "qos_overrides", "start_type_description_service"})
+"""Parameters that ROS 2 gives to every node."""
 
 
 def read_parameters(path: str | PathLike[str]) -> dict[str, Any]:
@@ -78,8 +86,49 @@ def _read_yaml(text: str) -> dict[str, Any]:
         table = yaml.safe_load(text) or {}
     except (yaml.YAMLError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise ValueError(f"is not YAML: {error}") from None  # PyYAML raises anything over a tag that does not fit
-    while isinstance(table, dict) and len(table) == 1 and isinstance(next(iter(table.values())), dict):
-        table = next(iter(table.values()))  # ROS 2 puts them below the name of the node, and that below ros__parameters
+    if isinstance(table, dict):
+        table = _of_node(table)
     if not isinstance(table, dict):
         raise ValueError(f"must be a table of parameters, got {table!r}")
     return table
+
+
+def _of_node(table: dict[str, Any]) -> dict[str, Any]:
+    """Return the parameters of the node in a file that may name several nodes, as ``ros2 param dump`` writes it.
+
+    Wildcards hold for every node. A table of one node is this node's, whatever its name: nodes are renamed at launch.
+    """
+    nodes = dict(_nodes(table))
+    if not nodes:
+        return table
+    wildcards = [name for name in nodes if name.endswith("*")]
+    named = [name for name in nodes if name.rpartition("/")[2] == NAME]
+    others = [name for name in nodes if name not in wildcards]
+    if not named and len(others) > 1:
+        has = ", ".join(others)
+        raise ValueError(
+            f"has the parameters of several nodes, {has}, and none is {NAME}: name the table of this node so"
+        )
+    chosen: dict[str, Any] = {}
+    for name in (*wildcards, *(named or others)):
+        chosen |= nodes[name]
+    return {name: value for name, value in chosen.items() if name not in OF_EVERY_NODE}
+
+
+def _nodes(table: dict[str, Any], path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """Find the tables of nodes, each with the node's full name: below ros__parameters in ROS 2, below a name in ROS 1."""
+    for name, value in table.items():
+        if not isinstance(value, dict):
+            continue
+        full = f"{path}/{str(name).strip('/')}"
+        if isinstance(value.get(ROS_2), dict):
+            yield full, value[ROS_2]
+        elif name == NAME or (len(table) == 1 and name not in PARTS and name != "dds" and not _holds_nodes(value)):
+            yield full, value
+        else:
+            yield from _nodes(value, full)
+
+
+def _holds_nodes(table: dict[str, Any]) -> bool:
+    """Return whether a node's table of ROS 2 is anywhere below: then the name above it is a namespace."""
+    return any(isinstance(value, dict) and (ROS_2 in value or _holds_nodes(value)) for value in table.values())
