@@ -132,8 +132,9 @@ def turned(items: list[Recorded], yaw: float, factor: float | None = None) -> li
     for item in items:
         if isinstance(item, Odom):
             cos, sin = math.cos(yaw), math.sin(yaw)
-            twist = {"speed": cos, "lateral_speed": sin} if factor is None else {"speed": factor}
-            made.append(replace(item, x=item.x * cos, y=item.x * sin, yaw=yaw, **twist))
+            speed, lateral_speed = (cos, sin) if factor is None else (factor, item.lateral_speed)
+            placed = replace(item, x=item.x * cos, y=item.x * sin, yaw=yaw)
+            made.append(replace(placed, speed=speed, lateral_speed=lateral_speed))
         else:
             made.append(item)
     return made
@@ -201,7 +202,9 @@ def test_a_first_stamp_of_zero_is_a_lost_frame_and_the_others_are_stamped(tmp_pa
     for lost_frame in (0, 30):
         folder = tmp_path / str(lost_frame)
         folder.mkdir()
-        log = open_log(write(folder, "mcap", [Cloud(None if i == lost_frame else i / 8, i / 4) for i in range(60)]))
+        log: Any = open_log(
+            write(folder, "mcap", [Cloud(None if i == lost_frame else i / 8, i / 4) for i in range(60)])
+        )
         frames = iter(log)
         stamps = [next(frames).stamp for _ in range(59)]
         with pytest.raises(LogError, match=r"has no stamp, and others of its topic have one\. The 59 frames"):
@@ -266,9 +269,9 @@ def test_the_mount_comes_from_the_static_transforms_of_the_bag(kind: str, tmp_pa
         Static(0.0, -1.0, "base_link", "mast", (0.2, 0.0, 1.0)),
         Static(0.0, -1.0, "mast", "laser", (0.1, 0.0, 0.0), LEFT),
     ]
-    log = open_log(write(tmp_path, kind, [*placed, *approach(4)]))
-    assert log.scanner.mount == pytest.approx((0.3, 0.0, math.pi / 2))  # type: ignore[attr-defined]
-    assert log.mounted == "by the static transforms from base_link to laser"  # type: ignore[attr-defined]
+    log: Any = open_log(write(tmp_path, kind, [*placed, *approach(4)]))
+    assert log.scanner.mount == pytest.approx((0.3, 0.0, math.pi / 2))
+    assert log.mounted == "by the static transforms from base_link to laser"
 
 
 def test_the_summary_says_which_mount_was_used_and_the_user_wins(tmp_path: Path) -> None:
@@ -285,15 +288,15 @@ def test_the_summary_says_which_mount_was_used_and_the_user_wins(tmp_path: Path)
 
 def test_a_scanner_that_hangs_upside_down(tmp_path: Path) -> None:
     items = [Static(0.0, -1.0, "base_link", "laser", rotation=(1.0, 0.0, 0.0, 0.0)), *approach(4)]
-    log = open_log(write(tmp_path, "mcap", items))
-    assert (log.scanner.angle_min, log.scanner.angle_increment < 0.0) == (1.5, True)  # type: ignore[attr-defined]
+    log: Any = open_log(write(tmp_path, "mcap", items))
+    assert (log.scanner.angle_min, log.scanner.angle_increment < 0.0) == (1.5, True)
 
 
 def test_clouds_of_optical_frames_are_read_with_their_axes(tmp_path: Path) -> None:
-    log = open_log(write(tmp_path, "mcap", [Cloud(0.0, 0.0, frame="camera_optical_frame")]))
-    assert log.lidar.axes == ("z", "-x", "-y")  # type: ignore[attr-defined]
+    log: Any = open_log(write(tmp_path, "mcap", [Cloud(0.0, 0.0, frame="camera_optical_frame")]))
+    assert log.lidar.axes == ("z", "-x", "-y")
     list(log)
-    assert "has z forward" in log.odd.sentences()[0]  # type: ignore[attr-defined]
+    assert "has z forward" in log.odd.sentences()[0]
 
 
 # Node and replay
@@ -347,7 +350,7 @@ def test_a_node_decides_as_the_replay_of_the_same_messages(
     rows, _, _ = replayed(tmp_path, items, "bag" if transport == "rospy" else "mcap")
     parameters = {"outline": list(OUTLINE)}
     kinds = {"rospy": RospyHarness, "rclpy": RclpyHarness, "dds": DdsHarness}
-    node = CoreHarness(**parameters) if transport == "core" else kinds[transport](monkeypatch, **parameters)
+    node: Any = CoreHarness(**parameters) if transport == "core" else kinds[transport](monkeypatch, **parameters)
     try:
         decided = played(node, items)
     finally:
@@ -365,7 +368,7 @@ def test_a_node_decides_as_the_replay_of_the_same_messages(
 @pytest.mark.parametrize("gap", [0, 20])
 def test_range_rates_of_node_and_replay_are_the_same_bits(gap: int, tmp_path: Path) -> None:
     """Odometry is never there, or fails on the way while the vehicle turns."""
-    items = [
+    items: list[Recorded] = [
         item if isinstance(item, Scan) else Odom(item.stamp, item.recorded, speed=1.0, yaw_rate=0.3)
         for i, item in enumerate(approach())
         if isinstance(item, Scan) or i < 2 * gap
@@ -373,10 +376,11 @@ def test_range_rates_of_node_and_replay_are_the_same_bits(gap: int, tmp_path: Pa
     rows, log, _ = replayed(tmp_path, items)
     node = CoreHarness(outline=list(OUTLINE)).node
     odometry = {row.stamp: row for row in rows if not math.isnan(row.speed)}
-    for row, frame in zip(rows, open_log(log.log.path), strict=True):
+    frames: Any = open_log(log.log.path)
+    for row, frame in zip(rows, frames, strict=True):
         if row.stamp in odometry and frame.speed is not None:
             node.on_odometry(frame.stamp, frame.stamp - frame.speed_age, frame.speed, frame.yaw_rate)
-        decision = node.on_scan(frame.stamp, frame.stamp, scan_of(items, frame)).decision
+        decision = node.on_scan(frame.stamp, frame.stamp, scan_of(list(items), frame)).decision
         assert (decision.command, decision.reason) == (row.command, row.reason)
         assert decision.value == row.value or not row.criterion
         if decision.threats is not None:

@@ -85,6 +85,31 @@ def test_files(tmp_path: Path, name: str, text: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("gate:\n  x: [2.0, 40.0]\n", {"gate": {"x": [2.0, 40.0]}}),
+        ("ttc_fast:\n  hold: 1.0\n", {"hold": 1.0}),
+        ("my_brake:\n  ros__parameters:\n    hold: 1.0\n    use_sim_time: true\n", {"hold": 1.0}),
+        ("car:\n  ttc_fast:\n    ros__parameters: {hold: 1.0}\n", {"hold": 1.0}),
+        ("/car/ttc_fast:\n  ros__parameters: {hold: 1.0}\namcl:\n  ros__parameters: {alpha1: 0.2}\n", {"hold": 1.0}),
+        ("/**:\n  ros__parameters: {hold: 2.0, release_at: 1.5}\nttc_fast:\n  ros__parameters: {hold: 1.0}\n",
+         {"hold": 1.0, "release_at": 1.5}),
+    ],
+)  # fmt: skip
+def test_files_of_several_nodes_give_those_of_this_one(tmp_path: Path, text: str, expected: dict[str, Any]) -> None:
+    pytest.importorskip("yaml", reason="needs PyYAML")
+    (tmp_path / "a.yaml").write_text(text)
+    assert read_parameters(tmp_path / "a.yaml") == expected
+
+
+def test_a_file_of_other_nodes_is_refused_by_their_names(tmp_path: Path) -> None:
+    pytest.importorskip("yaml", reason="needs PyYAML")
+    (tmp_path / "a.yaml").write_text("amcl:\n  ros__parameters: {a: 1}\nslam:\n  ros__parameters: {b: 1}\n")
+    with pytest.raises(SettingError, match=r"several nodes, /amcl, /slam, and none is ttc_fast"):
+        read_parameters(tmp_path / "a.yaml")
+
+
+@pytest.mark.parametrize(
     ("name", "text", "says"),
     [
         ("a.toml", "x =", "is not TOML"),

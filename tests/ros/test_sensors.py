@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -145,9 +146,14 @@ def test_a_count_that_was_rounded_down_is_tolerated_and_two_beams_are_not(make: 
 def test_kernels_are_made_once_for_each_geometry(monkeypatch: pytest.MonkeyPatch) -> None:
     from ttc_fast.configuration import Configuration
 
-    made = []
+    made: list[dict[str, Any]] = []
     scanner = Configuration.scanner
-    monkeypatch.setattr(Configuration, "scanner", lambda self, **more: made.append(more) or scanner(self, **more))
+
+    def counted(self: Configuration, **more: Any) -> Any:
+        made.append(more)
+        return scanner(self, **more)
+
+    monkeypatch.setattr(Configuration, "scanner", counted)
     node = CoreHarness()
     approach(node, 60, lambda i: BEAMS + i % 5)
     assert len(made) <= 8
@@ -181,10 +187,14 @@ def drive(
     return seen
 
 
+def along(yaw: float, speed: float) -> tuple[float, float]:
+    return speed * math.cos(yaw), speed * math.sin(yaw)
+
+
 def test_a_twist_in_the_frame_of_the_world_is_turned(make: Make) -> None:
     for yaw in (math.pi, 2.0):
         node = make()
-        of_world = drive(node, lambda speed, yaw=yaw: (speed * math.cos(yaw), speed * math.sin(yaw)), yaw, 60)
+        of_world = drive(node, partial(along, yaw), yaw, 60)
         of_vehicle = drive(make(), lambda speed: (speed, 0.0), yaw, 60)
         assert of_world[20:] == of_vehicle[20:]
         assert any(of_world[20:])

@@ -116,7 +116,7 @@ def _of_node(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def _nodes(table: dict[str, Any], path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
-    """Find the tables of nodes, each with the node's full name: below ros__parameters in ROS 2, below a name in ROS 1."""
+    """Find the tables of nodes with their full names: below ros__parameters in ROS 2, below the name in ROS 1."""
     for name, value in table.items():
         if not isinstance(value, dict):
             continue

@@ -204,6 +204,7 @@ impl BodyTracker {
     ///
     /// # Errors
     /// When a setting makes no sense.
+    #[allow(clippy::large_types_passed_by_value, reason = "the tracker keeps them")]
     pub fn new(settings: CloudSettings) -> Result<Self, Error> {
         settings.gate.checked()?;
         settings.estimator.checked()?;
