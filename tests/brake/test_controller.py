@@ -622,3 +622,34 @@ def test_a_clock_that_is_set_back_is_never_safe() -> None:
         stamp = 99.0 + 0.025 * frame
         decision = controller.update(stamp, ranges=wall, stamp=stamp, motion=Motion(4.0))
         assert (decision.command, decision.reason) == (Command.BRAKE, Reason.STALE)
+
+
+class TestReleaseLooksAtNow:
+    """A brake is let go in a frame that is itself clear, and for the fastest motion that it was braked from."""
+
+    def test_votes_of_older_frames_let_nothing_go_that_the_newest_shows(self) -> None:
+        drive = Drive()
+        drive.frames(4, 1.1, 4.0)
+        drive.frames(18, 9.0, 0.0, commanded=3.0)  # it stands, the way is free, and the hold time passes
+        for _ in range(4):
+            decision = drive.frame(1.1, 0.0, commanded=3.0)  # something steps in again
+            assert decision.command is Command.BRAKE
+
+    def test_a_start_in_motion_is_held_before_the_wall(self) -> None:
+        for waits_first in (False, True):
+            drive, distance, speed = Drive(), 3.4, 4.0
+            if waits_first:
+                drive.controller.update(drive.now)  # the watchdog looks before anything has come
+            for _ in range(120):
+                distance -= speed * PERIOD
+                decision = drive.frame(max(distance, 0.45), speed)
+                speed = max(speed - 6.0 * PERIOD, 0.0) if decision.command is Command.BRAKE else speed
+            assert (decision.command, decision.reason) == (Command.BRAKE, Reason.STANDSTILL)
+
+    def test_an_estimate_takes_no_brake_away_over_time(self) -> None:
+        for estimate in (None, Estimate(100.0, 0.5, distance=0.1, closing_speed=0.3)):
+            drive = Drive(trigger=(1, 1))
+            drive.frame(9.0, 0.3, estimate=estimate)
+            for frame in range(80):  # the driver overrides at first; then it stands before the wall
+                decision = drive.frame(1.4, 4.0 if frame < 10 else 0.0, override=frame < 5)
+            assert decision.command is Command.BRAKE

@@ -369,7 +369,7 @@ class BrakeController:
         if triggered:
             if state.braking or self._trigger.reached(state.trigger_votes):
                 state.brake(frame.now, assessed.motion)
-        elif state.braking:
+        elif state.braking and assessed.clear:  # votes of older frames let nothing go that this one shows
             held = frame.now - state.triggered_at
             if held >= self._settings.hold and self._release.reached(state.release_votes):
                 state.release()

@@ -49,7 +49,7 @@ class ControllerState:
     triggered_at: float = -math.inf
     """Time of the last decision that had a cause to brake."""
     braked_from: Motion = STANDING
-    """The motion when the controller began to brake."""
+    """The fastest motion since the controller began to brake, in frames that had a cause."""
     trigger_votes: int = 0
     """The votes on braking, as ``NOfM`` keeps them."""
     release_votes: int = 0
@@ -63,12 +63,13 @@ class ControllerState:
     """Number of frames with too few returns."""
 
     def brake(self, now: float, motion: Motion | None) -> None:
-        """Begin to brake, or begin the hold time again."""
+        """Begin to brake, or begin the hold time again. ``braked_from`` learns the fastest motion of all such calls."""
         self.triggered_at = now
         self.release_votes = 0
-        if not self.braking:
-            self.braking = True
-            self.braked_from = motion or self.motion or STANDING
+        motion = motion or self.motion or STANDING
+        if not self.braking or motion.over_ground > self.braked_from.over_ground:
+            self.braked_from = motion
+        self.braking = True
 
     def release(self) -> None:
         """End braking. The votes on braking begin anew."""
