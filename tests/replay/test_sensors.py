@@ -175,7 +175,7 @@ def test_two_scanners_on_one_topic_are_refused_until_one_is_chosen(tmp_path: Pat
         replayed(tmp_path, both)
     rows, log, lost = replayed(tmp_path / "front", both, frame="front")
     assert (len(rows), lost) == (30, "")
-    assert "frame_id 'rear', 30 times: is ignored" in log.summary.odd[0]
+    assert "frame_id, 30 times: 'rear' is ignored" in log.summary.odd[0]
     with pytest.raises(LogError, match="has no messages with the frame_id 'left', but 'front', 'rear'"):
         replayed(tmp_path / "left", both, frame="left")
 

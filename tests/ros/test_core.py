@@ -682,3 +682,15 @@ class TestRclpy:
         node = RclpyHarness(monkeypatch, **AT_ONCE, speed_topic="/speed")
         node.graph.types["/speed"] = ["std_msgs/msg/String"]
         assert "std_msgs/msg/String" in node.diagnostics().values["dropped: /speed"]
+
+
+def test_odometry_that_overflows_is_dropped_and_the_node_goes_on() -> None:
+    from ttc_fast.ros import core
+    from ttc_fast.ros.settings import NodeSettings
+    from ttc_fast.sensors.odometry import Pose
+
+    node = core.BrakeNode(NodeSettings.of({"outline": [-0.1, 0.4, -0.15, 0.15]}))
+    for i, far in enumerate((-1.5e308, 1.5e308)):
+        node.on_odometry(100.0 + 0.5 * i, 100.0 + 0.5 * i, 0.0, pose=Pose(far, 0.0, 0.0))
+    assert node.tick(100.6).brake
+    assert any(name.startswith("dropped: odometry") for name, _ in node.diagnostics(100.6).values)

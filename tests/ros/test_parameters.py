@@ -89,6 +89,7 @@ def test_files(tmp_path: Path, name: str, text: str) -> None:
     [
         ("gate:\n  x: [2.0, 40.0]\n", {"gate": {"x": [2.0, 40.0]}}),
         ("ttc_fast:\n  hold: 1.0\n", {"hold": 1.0}),
+        ("hold: 1.0\nuse_sim_time: true\n", {"hold": 1.0}),
         ("my_brake:\n  ros__parameters:\n    hold: 1.0\n    use_sim_time: true\n", {"hold": 1.0}),
         ("car:\n  ttc_fast:\n    ros__parameters: {hold: 1.0}\n", {"hold": 1.0}),
         ("/car/ttc_fast:\n  ros__parameters: {hold: 1.0}\namcl:\n  ros__parameters: {alpha1: 0.2}\n", {"hold": 1.0}),

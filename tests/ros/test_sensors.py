@@ -271,7 +271,7 @@ def test_the_chosen_scanner_is_judged_and_the_other_counted(make: Make) -> None:
     brakes = in_turns(node, 110)
     assert not any(brakes[:80])
     assert brakes[-1] is True
-    assert counted(node, "odd: /scan, frame_id 'rear'") == 55
+    assert counted(node, "odd: /scan, frame_id") == 55
 
 
 def test_the_other_scanner_may_be_chosen(make: Make) -> None:
@@ -293,7 +293,7 @@ def test_two_lidars_on_one_topic_are_refused_and_brake(make: Make) -> None:
             node.odometry(1.0)
             seen = node.points([[20.0, 0.0, 0.5]], frame="right" if i % 2 else "left")
         assert seen.brake is brakes
-    assert counted(node, "odd: /points, frame_id 'right'") == 3
+    assert counted(node, "odd: /points, frame_id") == 3
 
 
 # Clocks

@@ -93,6 +93,8 @@ class BrakeNode:
 
     def change(self, settings: NodeSettings) -> None:
         """Go on with other settings; votes and held brakes stay."""
+        if settings.frame_id != self.settings.frame_id:
+            self._sensors = self._choices(settings)
         self.settings = settings
         self._configuration = settings.configuration()
         self._placed.clear()
@@ -116,10 +118,15 @@ class BrakeNode:
         self._source = SCAN
         self._took = self._took_at_most = 0.0
         self._odometry: dict[str, OdometryReader] = {}
-        topics, chosen = {SCAN: self.settings.scan_topic, CLOUD: self.settings.points_topic}, self.settings.frame_id
+        topics = {SCAN: self.settings.scan_topic, CLOUD: self.settings.points_topic}
         self._stamps = {source: Stamps(topic, self._odd) for source, topic in topics.items()}
         self._placed: dict[str, tuple[str, Mount | None]] = {}
-        self._sensors = {source: SensorChoice(topic, self._odd, chosen) for source, topic in topics.items()}
+        self._sensors = self._choices(self.settings)
+
+    def _choices(self, settings: NodeSettings) -> dict[str, SensorChoice]:
+        """Return the choice of a sensor on each topic, before any message."""
+        topics = {SCAN: settings.scan_topic, CLOUD: settings.points_topic}
+        return {source: SensorChoice(topic, self._odd, settings.frame_id) for source, topic in topics.items()}
 
     def on_odometry(
         self,
@@ -241,6 +248,9 @@ class BrakeNode:
         """Return points of a frame in that of the vehicle, if it is known where that frame is."""
         mount = self._mount_of(CLOUD, frame_id)
         if mount is None and not is_optical(frame_id):
+            if frame_id.lstrip("/") not in ("", self.settings.base_frame):
+                why = f"{frame_id} is placed by no static transform, and taken for {self.settings.base_frame}"
+                self._odd.count(f"{self.settings.points_topic}, frame", why)
             return points
         how = "has z forward, x right, y down" if mount is None else f"is {mount.text}"
         self._odd.count(f"{self.settings.points_topic}, frame", f"{frame_id} {how}")
@@ -295,12 +305,13 @@ class BrakeNode:
 
     def _decide(self, now: float, source: str = "", **data: Any) -> Outputs:
         """Update every controller with the time and the motion, one of them with the data; the worst answer counts."""
+        motion, self._unjudged = self._unjudged, None
         answers = [
-            (controller.update(now, motion=self._unjudged, **(data if name == source else {})), name)
+            (controller.update(now, motion=motion, **(data if name == source else {})), name)
             for name, controller in self._controllers.items()
         ]
         decision, self._source = max(answers, key=_severity)
-        self._unjudged, self._latest = None, decision
+        self._latest = decision
         return Outputs(decision.command is Command.BRAKE, self._drive(decision), decision)
 
     def _drive(self, decision: Decision) -> Drive | None:

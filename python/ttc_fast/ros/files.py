@@ -100,7 +100,7 @@ def _of_node(table: dict[str, Any]) -> dict[str, Any]:
     """
     nodes = dict(_nodes(table))
     if not nodes:
-        return table
+        nodes = {NAME: table}
     wildcards = [name for name in nodes if name.endswith("*")]
     named = [name for name in nodes if name.rpartition("/")[2] == NAME]
     others = [name for name in nodes if name not in wildcards]

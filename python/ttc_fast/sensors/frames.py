@@ -90,7 +90,7 @@ not be mixed: choose one with frame_id
                 self._known = frame_id
                 return True
             if self._chosen:
-                self._odd.count(f"{self.name}, frame_id {frame_id!r}", f"is ignored, as {self._chosen!r} is chosen")
+                self._odd.count(f"{self.name}, frame_id", f"{frame_id!r} is ignored, as {self._chosen!r} is chosen")
                 return False
             self.mixed = mixed_sensors((known, frame_id), self._how)
         raise MixedError(self.mixed)

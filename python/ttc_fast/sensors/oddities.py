@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from typing import TYPE_CHECKING
 
@@ -14,8 +15,9 @@ class RefusedError(ValueError):
 
 
 def say_on_console(text: str) -> None:
-    """Write a line to the standard error."""
-    print(f"ttc_fast: {text}", file=sys.stderr, flush=True)
+    """Write a line to the standard error; a console that is closed or full stops nothing."""
+    with contextlib.suppress(OSError, ValueError):
+        print(f"ttc_fast: {text}", file=sys.stderr, flush=True)
 
 
 class Tally:

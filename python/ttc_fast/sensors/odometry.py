@@ -137,7 +137,10 @@ class OdometryReader:
         before = self._pose_before(stamp)
         self._poses.append((stamp, pose))
         if said is None or not any(said):  # not known, or nobody filled it in: the poses tell
-            return said if before is None else between(before[1], pose, stamp - before[0])
+            derived = said if before is None else between(before[1], pose, stamp - before[0])
+            if derived is not None and not math.isfinite(sum(derived)):
+                raise RefusedError(f"is not finite: from pose to pose the vehicle would move by {derived}")
+            return derived
         check = self._compared
         check.add(stamp, pose, said)
         if check.kind is VEHICLE:

@@ -60,7 +60,7 @@ class Repeats:
         step = row.distance - self.value
         if math.isfinite(step):
             self.steps = [abs(step), *self.steps][:12]
-            self.dwells = [row.stamp - self.since, *self.dwells][:4]
+            self.dwells = [min(row.stamp - self.since, PATIENCE), *self.dwells][:4]  # the target may have been away
         self.value, self.since = row.distance, row.stamp
         quantum = self.quantum
         if quantum == 0:

@@ -68,7 +68,7 @@ impl Repeats {
             self.steps.rotate_right(1);
             self.steps[0] = step.abs();
             self.dwells.rotate_right(1);
-            self.dwells[0] = row.stamp - self.since;
+            self.dwells[0] = (row.stamp - self.since).min(Self::PATIENCE); // the target may have been away
         }
         (self.value, self.since) = (row.distance, row.stamp);
         let quantum = self.quantum();
