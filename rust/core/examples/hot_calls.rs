@@ -104,7 +104,7 @@ fn range_rate(times: usize) {
     let mut rates = RangeRate::new(scanner(), RateSettings::default()).expect("the settings make sense");
     let rooms = rooms::<f32>(&scanner());
     let mut update = |scan: usize| {
-        let (room, stamp) = (Column::new(&rooms[0]), 0.1 * scan as f64);
+        let (room, stamp) = (Column::new(&rooms[scan % rooms.len()]), 0.1 * scan as f64);
         rates.update(room, stamp, 0.0, &mut Outputs::default()).expect("one range for each beam")
     };
     for scan in 0..REMEMBERED + times {
