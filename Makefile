@@ -102,6 +102,6 @@ $(VENV)/.created:
 
 # The package as an editable release build, with one of its extras. Cargo skips what it has built before.
 $(VENV)/.has-%: $(VENV)/.created $(SOURCES)
-	$(call say,ttc_fast[$*] in $(VENV): fetches what it needs and builds the Rust kernels; about a minute the first time)
+	$(call say,ttc_fast[$*] in $(VENV): fetches what it needs and builds the Rust kernels; about three minutes the first time)
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-build-isolation --editable ".[$*]"
 	@touch $@

@@ -6,14 +6,12 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.brake import Motion, Reason
+from ttc_fast.sensors.clock import SET_BACK
 
 if TYPE_CHECKING:
     from ttc_fast._core import ScanTTC, SweptPath
     from ttc_fast.brake import BrakeController, Criterion, Decision
     from ttc_fast.configuration import Configuration
-
-SET_BACK = 1.0
-"""A clock that goes back by more than this, s, was set anew, as where a simulation restarts; less is jitter."""
 
 STILL_BRAKING = (Reason.HOLD, Reason.STANDSTILL)
 

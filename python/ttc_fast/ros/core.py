@@ -18,7 +18,7 @@ from ttc_fast.brake.state import CLOCK_TOLERANCE
 from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
 from ttc_fast.ros_messages import Transform
-from ttc_fast.sensors.clock import ANOTHER_CLOCK, Stamps
+from ttc_fast.sensors.clock import ANOTHER_CLOCK, SET_BACK, Stamps
 from ttc_fast.sensors.frames import MixedError, SensorChoice, frame_of
 from ttc_fast.sensors.oddities import Tally, say_on_console
 from ttc_fast.sensors.odometry import OdometryReader
@@ -41,8 +41,6 @@ NAME = "ttc_fast: brake"
 UNSEEING = frozenset({Reason.WAITING, Reason.STALE, Reason.BLIND, Reason.NO_MOTION})
 UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError)
 """The errors that a message without sense may raise."""
-CLOCK_JUMP = 1.0
-"""s: a clock that is set back by more than this, as when a bag is played again, starts everything anew."""
 SCAN, CLOUD = "scan", "cloud"
 """The sources of frames. Each has its own controller, votes and watchdog: they come at different times and rates."""
 NO_SCAN = Geometry(0.0, 0.1, 2, 0.0, math.inf)
@@ -294,7 +292,7 @@ class BrakeNode:
         self._odd.count(f"{topic}, clock", why)
 
     def _look_at_clock(self, now: float) -> None:
-        if now < self._now - CLOCK_JUMP:
+        if now < self._now - SET_BACK:
             self._forget()
             self.change(self.settings)
         self._now = now

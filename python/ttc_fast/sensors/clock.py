@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 TimeT = TypeVar("TimeT", int, float)
 ANOTHER_CLOCK = 10.0
 """s; stamps that are further than this from others of the same time are of another clock."""
+SET_BACK = 1.0
+"""s; a clock that goes back by more than this was set anew, as where a bag is played again; less is jitter."""
 REAL_TIME = 0.05
 """A clock that runs this little faster or slower than another, as a part, runs alike."""
 
