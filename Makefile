@@ -3,13 +3,15 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+ROS2 := .venv-ros2
+ROS2_PYTHON ?= $(or $(shell command -v python3.11),$(PYTHON))
 
 # What the extension module is built from, and the oldest Rust and the build tool that can do it.
 SOURCES := pyproject.toml Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 MATURIN := $(shell sed -n 's/^requires = \["\(.*\)"\]/\1/p' pyproject.toml)
 
-TARGETS := help test demo bench bench-check instructions lint ros1 wheel clean
+TARGETS := help test demo bench bench-check instructions lint ros1 ros2 wheel clean
 .PHONY: $(TARGETS)
 .NOTPARALLEL:
 MAKEFLAGS += --no-builtin-rules
@@ -26,6 +28,8 @@ test: $(VENV)/.has-test ## run the tests, Rust and Python
 	cargo test --quiet --workspace --exclude ttc-fast-python --locked
 	$(call say,Python tests)
 	$(BIN)/pytest
+	@[ ! -e $(ROS2)/.has-rclpy ] || { \
+		echo "==> Python tests of the node of rclpy"; $(ROS2)/bin/pytest tests/ros tests/replay/test_sensors.py -k rclpy; }
 
 demo: $(VENV)/.has-demo ## replay the simulated samples, or a log, through the brake: make demo LOG=path
 	$(call say,replaying $(or $(LOG),the two simulated logs that the package ships); pictures go into demo-out)
@@ -69,12 +73,17 @@ ros1: $(VENV)/.created ## install rospy from Debian or Ubuntu, so that the tests
 	$(call say,rospy for $(VENV))
 	@tools/ros1.sh $(BIN)/python
 
+ros2: $(VENV)/.has-test ## install rclpy from PyPI into an environment of its own, so that the tests of the ROS 2 node run
+	$(call say,rclpy in $(ROS2): about a minute the first time)
+	@tools/ros2.sh $(ROS2_PYTHON) $(ROS2)
+	@touch $(ROS2)/.has-rclpy
+
 wheel: ## build a manylinux wheel and test it in an empty environment, away from the checkout
 	$(call say,manylinux wheel)
 	@PYTHON="$(PYTHON)" MATURIN="$(MATURIN)" tools/wheel.sh
 
 clean: ## remove everything that these commands made
-	rm -rf $(VENV) target build dist demo-out python/ttc_fast/_core*.so
+	rm -rf $(VENV) $(ROS2) target build dist demo-out python/ttc_fast/_core*.so
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
 	find python tests benches evaluation tools -name __pycache__ -prune -exec rm -rf {} +
 

@@ -354,8 +354,7 @@ def test_a_node_decides_as_the_replay_of_the_same_messages(
     try:
         decided = played(node, items)
     finally:
-        if transport == "dds":
-            node.close()
+        node.close()
     assert [each[:2] for each in decided] == [(row.command, row.reason) for row in rows]
     by_motion = [not math.isnan(row.speed) for row in rows]
     ttcs = [each[2].path.ttc if known else None for each, known in zip(decided, by_motion, strict=True)]

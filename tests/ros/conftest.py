@@ -33,5 +33,4 @@ def make(request: pytest.FixtureRequest) -> Iterator[Make]:
 
         yield make_one
         for each in made:
-            if isinstance(each, DdsHarness):
-                each.close()
+            each.close()

@@ -12,6 +12,7 @@ import pytest
 from tests.support.common import CAR
 from tests.support.dds_harness import DdsHarness
 from tests.support.ros_harness import AT_ONCE, BEAMS, GEOMETRY, RclpyHarness, RospyHarness, Seen
+from ttc_fast.ros.settings import parameters_of_node
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -532,8 +533,16 @@ class TestMessages:
 
     @pytest.fixture(params=[RospyHarness, RclpyHarness, DdsHarness])
     def adapter(self, request: pytest.FixtureRequest) -> Iterator[Make]:
+        made: list[Any] = []
+
+        def make_one(**parameters: Any) -> Any:
+            made.append(request.param(patch, **{**AT_ONCE, **parameters}))
+            return made[-1]
+
         with pytest.MonkeyPatch.context() as patch:
-            yield lambda **parameters: request.param(patch, **{**AT_ONCE, **parameters})
+            yield make_one
+            for each in made:
+                each.close()
 
     @pytest.mark.parametrize("topic", ["brake_topic", "drive_topic", "diagnostics_topic", "marker_topic"])
     def test_an_empty_topic_is_not_published(self, adapter: Make, topic: str) -> None:
@@ -629,13 +638,24 @@ class TestRclpy:
     """Parameters that are declared, and changed while it runs."""
 
     @pytest.fixture
-    def node(self, monkeypatch: pytest.MonkeyPatch) -> RclpyHarness:
-        return RclpyHarness(monkeypatch, **AT_ONCE)
+    def start(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., RclpyHarness]]:
+        made: list[RclpyHarness] = []
+
+        def start(**parameters: Any) -> RclpyHarness:
+            made.append(RclpyHarness(monkeypatch, **{**AT_ONCE, **parameters}))
+            return made[-1]
+
+        yield start
+        for each in made:
+            each.close()
+
+    @pytest.fixture
+    def node(self, start: Callable[..., RclpyHarness]) -> RclpyHarness:
+        return start()
 
     def change(self, node: RclpyHarness, name: str, value: Any) -> Any:
-        from types import SimpleNamespace
-
-        return node.node.set_parameters([SimpleNamespace(name=name, value=value)])
+        [answer] = node.node.set_parameters([node.rclpy.Parameter(name, value=value)])
+        return answer
 
     def test_a_threshold_changes_while_it_drives(self, node: RclpyHarness) -> None:
         assert frame(node, 7.0).brake is False
@@ -668,19 +688,18 @@ class TestRclpy:
         assert self.change(node, "use_sim_time", True).successful
 
     def test_every_parameter_is_declared_and_described(self, node: RclpyHarness) -> None:
-        descriptors = node.graph.descriptors
-        assert {"min_range", "max_range", "ttc_threshold", "speed_topic", "trigger", "when_blind"} <= set(descriptors)
-        for descriptor in descriptors.values():
-            assert len(descriptor.description) > 10
-        limits = descriptors["ttc_threshold"].floating_point_range[0]
+        for each in parameters_of_node():
+            assert node.node.describe_parameter(each.name).description == each.description
+        [limits] = node.node.describe_parameter("ttc_threshold").floating_point_range
         assert limits.from_value == 0.0 < 1.5 < limits.to_value
 
     def test_watches_in_steady_time(self, node: RclpyHarness) -> None:
-        assert [period for period, _ in node.graph.timers] == [0.05, 1.0]
+        assert [each.timer_period_ns for each in node.node.timers] == [50_000_000, 1_000_000_000]
+        assert {each.clock.clock_type.name for each in node.node.timers} == {"STEADY_TIME"}
 
-    def test_a_speed_of_another_type(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        node = RclpyHarness(monkeypatch, **AT_ONCE, speed_topic="/speed")
-        node.graph.types["/speed"] = ["std_msgs/msg/String"]
+    def test_a_speed_of_another_type(self, start: Callable[..., RclpyHarness]) -> None:
+        node = start(speed_topic="/speed")
+        node.announce("/speed", "std_msgs", "String")
         assert "std_msgs/msg/String" in node.diagnostics().values["dropped: /speed"]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -135,8 +136,8 @@ def test_files_that_cannot_be_used(
     assert error.count(name) == 1
 
 
-def test_an_adapter_without_its_library(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delitem(sys.modules, "ttc_fast.ros.rclpy_node", raising=False)  # made with a stand-in by other tests
+@pytest.mark.skipif(find_spec("rclpy") is not None, reason="rclpy is installed")
+def test_an_adapter_without_its_library(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["node", "--rclpy"]) == 4
     assert "--rclpy needs rclpy, which is not installed: rclpy comes with ROS 2: source" in capsys.readouterr().err
 

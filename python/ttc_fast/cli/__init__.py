@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from importlib.metadata import version
 from typing import TYPE_CHECKING
 
-from ttc_fast import SIMD_LEVEL
+from ttc_fast import SIMD_LEVEL, __version__
 from ttc_fast.cli import bench, demo, node, replay
 from ttc_fast.cli.exits import DONE, EXIT_CODES, EXTRAS, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError, install
 from ttc_fast.logs import LogError
@@ -71,7 +70,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=EXIT_CODES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"ttc-fast {version('ttc-fast')}, kernels: {SIMD_LEVEL}")
+    parser.add_argument("--version", action="version", version=f"ttc-fast {__version__}, kernels: {SIMD_LEVEL}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for name, command in (("replay", replay), ("demo", demo), ("bench", bench), ("node", node)):
         options = commands.add_parser(

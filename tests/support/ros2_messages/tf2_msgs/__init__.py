@@ -1,0 +1,1 @@
+"""tf2_msgs, for the tests of ROS 2: no package registry has it."""
