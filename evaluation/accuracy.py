@@ -97,12 +97,12 @@ def on_simulation(method: Method, runs: Sequence[Sequence[Frame]]) -> Score:
 
 
 def on_recordings(method: Method) -> Score | None:
-    """Score a method by the reference of the recordings; return None where there are no recordings."""
+    """Score a method by the truth of the recordings; return None where there are no recordings."""
     clouds = recorded.clouds()
     if not clouds:
         return None
     stamps = [frame / recorded.RATE for frame in range(len(clouds))]
-    return score([(method(clouds, stamps, recorded.GATE), recorded.truths(len(clouds)))])
+    return score([(method(clouds, stamps, recorded.GATE), [truth.ttc for truth in recorded.truths()])])
 
 
 def percent(share: float, digits: int = 1) -> str:

@@ -47,6 +47,8 @@ class Scanner:
     """The standard deviation of the error that all ranges of a frame share, m."""
     pitch: float = 0.0
     """The standard deviation of the pitch of the car from frame to frame, rad."""
+    ring_offsets: float = 0.0
+    """The standard deviation of the error that all ranges of a ring share for ever, m."""
 
 
 class Panel(NamedTuple):
@@ -93,10 +95,16 @@ def first_hit(panel: Panel, pose: Pose, across: Floats, upwards: Floats, height:
     return np.where(inside, x, np.inf)
 
 
-def turn(scanner: Scanner, rears: list[Pose], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Return one turn over a road with cars on it: rows of x, y, z, reflectivity, ring after ring."""
+def turn(
+    scanner: Scanner, rears: list[Pose], rng: np.random.Generator, nod: float = 0.0, rings: Floats | float = 0.0
+) -> NDArray[np.float32]:
+    """Return one turn over a road with cars on it: rows of x, y, z, reflectivity, ring after ring.
+
+    ``nod`` is the pitch of the car (rad), and ``rings`` the error of each ring (m).
+    """
     elevation, azimuth = (angle.ravel() for angle in np.meshgrid(scanner.rings, scanner.azimuths, indexing="ij"))
-    nod = scanner.pitch * rng.standard_normal()
+    offsets = np.repeat(np.broadcast_to(rings, len(scanner.rings)), len(scanner.azimuths))
+    nod = nod + scanner.pitch * rng.standard_normal()
     across, upwards = np.tan(azimuth), np.tan(elevation + nod) / np.cos(azimuth)
     with np.errstate(divide="ignore"):
         nearest = np.where(upwards < 0.0, -scanner.height / upwards, np.inf)
@@ -106,11 +114,12 @@ def turn(scanner: Scanner, rears: list[Pose], rng: np.random.Generator) -> NDArr
         nearer = hit < nearest
         nearest[nearer], reflectivity[nearer], returns[nearer] = hit[nearer], panel.reflectivity, panel.returns
     seen = (nearest < 80.0) & (rng.random(len(nearest)) < returns * (1.0 - scanner.dropouts))
-    nearest, reflectivity = nearest[seen], reflectivity[seen]
+    nearest, reflectivity, offsets = nearest[seen], reflectivity[seen], offsets[seen]
     # The sensor believes the angles of its rings, whatever the car does.
     across, upwards = across[seen], (np.tan(elevation) / np.cos(azimuth))[seen]
     ray = np.sqrt(1.0 + across**2 + upwards**2)
-    x = nearest + (scanner.range_noise * rng.standard_normal(len(ray)) + scanner.jitter * rng.standard_normal()) / ray
+    noise = scanner.range_noise * rng.standard_normal(len(ray)) + scanner.jitter * rng.standard_normal()
+    x = nearest + (noise + offsets) / ray
     brightness = np.clip(reflectivity + 0.05 * rng.standard_normal(len(x)), 0.0, 0.99)
     points = np.column_stack([x, x * across, x * upwards, brightness])
     if rng.random() < scanner.strays and rears:
@@ -193,3 +202,62 @@ CHANGING = tuple(
     )
 )
 STANDING = tuple(Approach(f"standing {distance:g} m behind", distance, 0.0, drift=0.0) for distance in (4, 8, 20, 40))
+
+
+ROAD = Scanner(jitter=0.001, ring_offsets=0.018)
+"""A scanner whose rings disagree by as much as those of KITTI."""
+
+
+@dataclass(frozen=True)
+class RoadDrive:
+    """A car that is followed on a road: drivers correct their speed all the time, and the own car nods slowly.
+
+    The closing acceleration is random with a memory of 0.6 s, and smoothed over 0.15 s, as pedals and engines are. The
+    nod is a damped oscillation of 1.2 Hz that the road shakes.
+    """
+
+    seed: int
+    duration: float = 4.0  # s
+    nod: float = np.radians(0.06)
+    """The standard deviation of the pitch, rad."""
+    scanner: Scanner = ROAD
+
+    def frames(self) -> list[Frame]:
+        """Return what the scanner sees, turn by turn, while anything is left of the gap."""
+        rng = np.random.default_rng([2026, self.seed])
+        step, count = 0.01, round(self.duration * 100) + 1
+        acceleration = self._acceleration(rng, step, count)
+        speed = rng.uniform(0.5, 4.0) + step * np.cumsum(acceleration)
+        distance = rng.uniform(6.0, 14.0) + 1.5 * speed[0] - step * np.cumsum(speed)
+        pitch = self._pitch(rng, step, count)
+        rings = self.scanner.ring_offsets * rng.standard_normal(len(self.scanner.rings))
+        y, drift = rng.uniform(-0.3, 0.3), rng.uniform(-0.1, 0.1)
+        frames = []
+        for now in range(0, count, round(1.0 / (RATE * step))):
+            if distance[now] < 3.0:
+                break
+            rear = Pose(float(distance[now]), y + drift * step * now)
+            points = turn(self.scanner, [rear], rng, float(pitch[now]), rings)
+            frames.append(Frame(step * now, points, float(distance[now]), float(speed[now])))
+        return frames
+
+    def _acceleration(self, rng: np.random.Generator, step: float, count: int) -> Floats:
+        size, kept = rng.choice([0.3, 0.5, 1.0]), np.exp(-step / 0.6)
+        pushes = 1.6 * size * np.sqrt(1.0 - kept**2) * rng.standard_normal(count)
+        pedal, now = 0.0, size * rng.standard_normal()
+        out = np.empty(count)
+        for i, push in enumerate(pushes):
+            out[i] = now
+            pedal = kept * pedal + push
+            now += (pedal - now) * step / 0.15
+        return out
+
+    def _pitch(self, rng: np.random.Generator, step: float, count: int) -> Floats:
+        natural, damping = 2.0 * np.pi * 1.2, 0.3
+        angle = rate = 0.0
+        out = np.empty(count)
+        for i, bump in enumerate(rng.standard_normal(count)):
+            out[i] = angle
+            rate += (-2.0 * damping * natural * rate - natural**2 * angle) * step + bump * np.sqrt(step)
+            angle += rate * step
+        return np.asarray(self.nod * out / max(out.std(), 1e-9))

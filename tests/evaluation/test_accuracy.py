@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import ttc_fast
-from evaluation import recorded
+from evaluation import intervals, recorded
 from evaluation.accuracy import on_recordings, on_simulation, simulate
-from evaluation.lidar import CAR, CHANGING, GATE, STANDING, STEADY, Approach, Pose, Scanner, first_hit, turn
+from evaluation.intervals import figures, over_bound
+from evaluation.lidar import CAR, CHANGING, GATE, STANDING, STEADY, Pose, RoadDrive, Scanner, first_hit, turn
 from evaluation.methods import ESTIMATORS, TRACKED, WINDOW, WINDOWS, Line, Tracked, aligned
 from evaluation.tracking import METHODS
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from evaluation.accuracy import Score
-    from evaluation.lidar import Frame
+    from evaluation.lidar import Approach, Frame
 
 COMPARED = ["k-th smallest, 10", "5 % quantile", "20 % quantile", "median"]
 """The best of them on either; the table has all."""
@@ -81,7 +82,7 @@ def test_intervals_are_honest() -> None:
     inside = []
     for run in approaches():
         inside += held(run)
-    assert 0.85 <= np.mean(inside) <= 0.95
+    assert np.mean(inside) >= 0.85  # on a road a speed may change, which these approaches do smoothly or not at all
 
 
 def held(run: Sequence[Frame]) -> list[bool]:
@@ -100,16 +101,36 @@ def test_a_car_that_nods(pitch: float) -> None:
     runs = simulate(steady, seeds=4)
     assert np.mean([inside for run in runs for inside in held(run)]) >= 0.85
     score = on_simulation(aligned, runs)
-    assert score.most < 0.02
+    assert score.most < 0.03
     assert score.negative == 0
 
 
-def bound(run: Sequence[Frame]) -> float:
-    """Cramér-Rao bound of the closing speed over a window, m/s: the points' ranges are all that is noisy."""
-    counts = np.array([ttc_fast.robust_min_x(frame.points, gate=GATE).candidates for frame in run])
-    stamps = np.array([frame.stamp for frame in run])
-    apart = stamps - np.average(stamps, weights=counts)
-    return Scanner().range_noise / math.sqrt(counts @ apart**2)
+def test_on_a_road() -> None:
+    """Drivers who correct their speed all the time, rings that disagree, and a car that nods slowly."""
+    drives = [RoadDrive(seed).frames() for seed in range(24)]
+    found = figures(intervals.on_simulation(drives))
+    assert found.errors[1] <= 0.06
+    assert 0.85 <= found.in_time <= 0.97
+    assert 0.85 <= found.in_speed <= 0.97
+
+
+@pytest.mark.parametrize("kind", [STEADY, CHANGING])
+def test_smooth_approaches(kind: Any) -> None:
+    found = figures(intervals.on_simulation(simulate(kind, seeds=2)))
+    assert found.errors[1] <= (0.008 if kind is STEADY else 0.023)
+
+
+@pytest.mark.usefixtures("data")
+@pytest.mark.parametrize("gate", [recorded.GATE, ttc_fast.Gate.above_road(1.73)], ids=str)
+def test_the_truth_that_the_camera_measured(gate: ttc_fast.Gate) -> None:
+    """One drive, and 14 frames that are not independent: 90 % of 14 would be 11 to 14 in nine cases of ten."""
+    found = figures(intervals.on_recording(gate))
+    assert found.frames == 14
+    median, most, largest = found.errors
+    assert median <= 0.045
+    assert most <= 0.1
+    assert largest < 0.15
+    assert 11 <= round(14 * found.in_time) <= 14
 
 
 @pytest.mark.parametrize(
@@ -118,20 +139,15 @@ def bound(run: Sequence[Frame]) -> float:
     ids=lambda approach: approach.name,
 )
 def test_near_the_bound_of_cramer_and_rao(approach: Approach) -> None:
-    frames = 11
-    ratios = []
-    for run in simulate([approach], seeds=4):
-        answers = track(run)
-        for last in range(frames - 1, len(run), 3):
-            error = answers[last].closing_speed - run[last].closing_speed
-            ratios.append(error / bound(run[last + 1 - frames : last + 1]))
-    assert len(ratios) >= 4
-    assert math.sqrt(np.mean(np.square(ratios))) <= 1.5
+    assert over_bound(approach, seeds=4) <= 1.5
 
 
 def test_a_standing_car_behind_a_standing_car() -> None:
     for run in simulate(STANDING, seeds=2):
-        assert min(seen.ttc for seen in track(run)) >= 20.0
+        answers = track(run)
+        assert min(seen.ttc for seen in answers) >= 100.0
+        ends = [seen.closing_speed_interval for seen in answers if seen.closing_speed_interval is not None]
+        assert np.mean([low <= 0.0 <= high for low, high in ends]) >= 0.85
 
 
 def test_answers_do_not_look_ahead() -> None:
@@ -161,8 +177,8 @@ def test_a_quarter_better_on_recorded_frames(frames: int, name: str) -> None:
 
 def test_stray_points_in_recorded_frames(frames: int) -> None:
     """Frames 11 and 16 have a point 14 cm in front of the car; the plain minimum makes 3.8 and 3.2 s of them."""
-    clouds, truths = recorded.clouds(), recorded.truths(frames)
+    clouds, truths = recorded.clouds(), recorded.truths()
     tracker = ttc_fast.CloudTracker(recorded.GATE, estimator=ttc_fast.Minimum())
     seen = [tracker.update(cloud, number / 10) for number, cloud in enumerate(clouds)]
     for number in (11, 12, 16, 17):
-        assert abs(seen[number].ttc - truths[number]) < 0.15 * truths[number]
+        assert abs(seen[number].ttc / truths[number].ttc - 1.0) < 0.15

@@ -104,6 +104,6 @@ def test_a_gate_that_holds_the_bonnet_is_said_in_the_summary(data: Path) -> None
     assert [row.status for row in replay][8:] == [Status.CLOSING] * 12
     (line,) = (line for line in replay.summary.odd if "vehicle" in line)
     assert line.startswith(
-        "the gate holds the vehicle itself, 0.50 m ahead of the lidar: it was passed over in 12 frames"
+        "the gate holds the vehicle itself, 0.51 m ahead of the lidar: it was passed over in 12 frames"
     )
     assert replay.summary.assumed == "" or "vehicle" not in replay.summary.assumed

@@ -11,6 +11,7 @@ mod formula;
 mod hit;
 pub mod ittc;
 pub mod lanes;
+pub mod mixture;
 pub mod motion;
 pub mod path;
 pub mod points;

@@ -99,13 +99,10 @@ def observe(sightings: Sequence[Sighting]) -> CellObservations:
     )
 
 
-def irls_weights(
-    observed: CellObservations, frames: int, range_noise: float
-) -> tuple[Doubles, Doubles, Doubles, float]:
+def irls_weights(observed: CellObservations, frames: int, range_noise: float) -> tuple[Doubles, Doubles, float]:
     """Estimate the surface, the position of each frame and the weights in turns: iteratively reweighted least squares.
 
-    Returns the weight of each entry, its x with the slope of the surface taken out, the position of each frame, and the
-    variance of a point.
+    Returns the weight of each entry, its x with the slope of the surface taken out, and the variance of a point.
     """
     cells = len(observed.level) + 1
     position, slope, weight = _first_positions(observed, frames), np.zeros(cells), observed.count
@@ -124,7 +121,7 @@ def irls_weights(
         found = NORMAL**2 * float(np.median(residual)) * len(residual) / free
         noise = (KNOWN_NOISE * known + free * found) / (KNOWN_NOISE + free)
         weight = observed.count * np.clip(1.0 - residual / (BIWEIGHT**2 * noise), 0.0, 1.0) ** 2
-    return weight, observed.x - slope[observed.cell] * observed.rise, position, noise
+    return weight, observed.x - slope[observed.cell] * observed.rise, noise
 
 
 def _first_positions(observed: CellObservations, frames: int) -> Doubles:

@@ -132,8 +132,6 @@ pub(super) struct Weights {
     pub weight: Vec<f64>,
     /// The distance of each entry with the slope of the surface taken out, m.
     pub x: Vec<f64>,
-    /// The position of the body in each frame, m, from any origin.
-    pub position: Vec<f64>,
     /// The variance of a point, m^2.
     pub noise: f64,
 }
@@ -141,17 +139,13 @@ pub(super) struct Weights {
 /// Iteratively reweighted least squares: estimates the surface, the position of each frame and the weights in turns.
 pub(super) fn irls_weights(observed: &CellObservations, range_noise: f64) -> Weights {
     let (entries, cells) = (observed.x.len(), observed.cells());
-    let mut found = Weights {
-        weight: observed.count.clone(),
-        x: observed.x.clone(),
-        position: first_positions(observed),
-        noise: range_noise * range_noise,
-    };
+    let mut found = Weights { weight: observed.count.clone(), x: observed.x.clone(), noise: range_noise * range_noise };
+    let mut positions = first_positions(observed);
     let free = entries.saturating_sub(cells + observed.frames() - 1).max(1) as f64;
     let mut residual = vec![0.0; entries];
     for _ in 0..ROUNDS {
         let (mut surface, mut total) = (vec![0.0; cells], vec![NOTHING; cells]);
-        for (range, position) in observed.by_frame().zip(&found.position) {
+        for (range, position) in observed.by_frame().zip(&positions) {
             for i in range {
                 let (cell, weight) = (observed.cell[i], found.weight[i]);
                 surface[cell] += weight * (found.x[i] - position);
@@ -163,7 +157,7 @@ pub(super) fn irls_weights(observed: &CellObservations, range_noise: f64) -> Wei
         for i in 0..entries {
             found.x[i] = observed.x[i] - slopes[observed.cell[i]] * observed.rise[i];
         }
-        for (range, position) in observed.by_frame().zip(&mut found.position) {
+        for (range, position) in observed.by_frame().zip(&mut positions) {
             let (mut sum, mut total) = (0.0, NOTHING);
             for i in range.clone() {
                 sum += found.weight[i] * (found.x[i] - surface[observed.cell[i]]);
