@@ -13,6 +13,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from contextvars import ContextVar
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -130,13 +131,20 @@ class Choice(Kind):
 
 @dataclass(frozen=True, kw_only=True)
 class Numbers(Kind):
-    """Several numbers, each of which has a name."""
+    """Several numbers, each of which has a name.
+
+    Where ``ordered`` is < or <=, each two of them are a lower end and an upper one, in this order.
+    """
 
     names: tuple[str, ...] = ("low", "high")
+    ordered: str = ""
 
     def check(self, name: str, value: Any) -> tuple[float, ...]:
         """Return the value as a tuple of floats."""
-        return _validate.numbers(name, value, self.names)
+        numbers = _validate.numbers(name, value, self.names)
+        if self.ordered:
+            _validate.ordered(name, numbers, self.names, self.ordered)
+        return numbers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -254,6 +262,35 @@ def check_fields(instance: Any) -> None:
         each.check(getattr(instance, each.name))
 
 
+ON_COMMAND_LINE: ContextVar[bool] = ContextVar("ON_COMMAND_LINE", default=False)
+"""Whether messages are for a user of the command line; ``ttc_fast.cli`` sets it."""
+
+
+def flag_of(name: str) -> str:
+    """Return how an option is typed on the command line."""
+    return f"--{name.replace('_', '-')}"
+
+
+def option(name: str, value: str = "") -> str:
+    """Return how an option is typed, perhaps with its value, where the user is: on the command line or in Python.
+
+    Examples
+    --------
+    >>> from ttc_fast._settings import ON_COMMAND_LINE, option
+    >>> option("stamp_column"), option("clock", "recorded")
+    ('the option stamp_column', "the option clock='recorded'")
+    >>> token = ON_COMMAND_LINE.set(True)
+    >>> option("stamp_column"), option("clock", "recorded")
+    ('--stamp-column', '--clock recorded')
+    >>> ON_COMMAND_LINE.reset(token)
+    """
+    if ON_COMMAND_LINE.get():
+        import shlex
+
+        return f"{flag_of(name)} {shlex.quote(value)}" if value else flag_of(name)
+    return f"the option {name}={value!r}" if value else f"the option {name}"
+
+
 def hint(name: str, names: Iterable[str]) -> str:
     """Return what may have been meant by a name that is none of these."""
     import difflib  # which takes longer to import than all of this file, for a message that is rare
@@ -271,7 +308,8 @@ def _plain(value: Any) -> Any:
     return value.name.lower() if isinstance(value, Enum) else value
 
 
-OUTLINE = Numbers(names=("x_rear", "x_front", "y_right", "y_left"), unit="m")
+OUTLINE = Numbers(names=("x_rear", "x_front", "y_right", "y_left"), unit="m", ordered="<")
+BOUNDS = Numbers(unit="m", ordered="<=")
 MOUNT = Numbers(names=("x", "y", "yaw"), unit="m, m and rad")
 POLICY = Choice(options=("horizon", "clamp"))
 BEAM_VOTE = "How a speckle is outvoted: KthSmallest or NeighbourSupport."
@@ -296,14 +334,14 @@ SCAN = (
 """The arguments of ``ScanTTC``."""
 
 GATE = (
-    Setting("x", Numbers(unit="m"), (0.0, math.inf), "Bounds forward, or along the path if curvature is not 0."),
-    Setting("y", Numbers(unit="m"), (-2.0, 2.0), "Bounds to the left, or from the path if curvature is not 0."),
-    Setting("z", Numbers(unit="m"), None, "Bounds upward."),
-    Setting("intensity", Numbers(), None, "Bounds of the intensity, in the units stored."),
+    Setting("x", BOUNDS, (0.0, math.inf), "Bounds forward, or along the path if curvature is not 0."),
+    Setting("y", BOUNDS, (-2.0, 2.0), "Bounds to the left, or from the path if curvature is not 0."),
+    Setting("z", BOUNDS, None, "Bounds upward."),
+    Setting("intensity", Numbers(ordered="<="), None, "Bounds of the intensity, in the units stored."),
     Setting("axes", Texts(what="coordinates"), ("x", "y", "z"), "Stored coordinates that are forward, left and up."),
     Setting("curvature", Number(unit="1/m"), 0.0, "Curvature of the path, positive to the left."),
     Setting("road", Kind(), None, "A fitted Road, from which height is measured."),
-    Setting("height", Numbers(unit="m"), None, "Bounds above the road."),
+    Setting("height", BOUNDS, None, "Bounds above the road."),
 )
 """The arguments of ``Gate``."""
 

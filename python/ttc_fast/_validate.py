@@ -138,6 +138,14 @@ def numbers(argument: str, value: Any, names: Sequence[str]) -> tuple[float, ...
     return result
 
 
+def ordered(argument: str, numbers: tuple[float, ...], names: Sequence[str], order: str) -> None:
+    """Raise if of each two numbers the first is not ``order`` the second, which is < or <=."""
+    pairs = [slice(i, i + 2) for i in range(0, len(names), 2)]
+    if not all(low < high or (low == high and order == "<=") for low, high in (numbers[pair] for pair in pairs)):
+        rule = " and ".join(f" {order} ".join(names[pair]) for pair in pairs)
+        raise ValueError(f"{argument} must be ({', '.join(names)}) with {rule}, got {numbers!r}")
+
+
 def texts(argument: str, value: Any, what: str = "texts") -> tuple[str, ...]:
     """Return ``value`` as a tuple if it is a list of strings; the message calls them ``what``."""
     if not isinstance(value, (list, tuple)) or not all(isinstance(each, str) for each in value):

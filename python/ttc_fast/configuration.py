@@ -172,6 +172,8 @@ def read_toml(text: str) -> dict[str, Any]:
 
 
 def _criteria(tables: Any) -> tuple[Criterion, ...]:
+    if isinstance(tables, dict):
+        raise ConfigurationError("criteria must be a list of tables: write [[criteria]] instead of [criteria]")
     if not isinstance(tables, (list, tuple)):
         raise ConfigurationError(f"criteria must be a list of tables, got {tables!r}")
     return tuple(map(_criterion, tables))
@@ -180,7 +182,8 @@ def _criteria(tables: Any) -> tuple[Criterion, ...]:
 def _criterion(table: Any) -> Criterion:
     name = table.get("kind") if isinstance(table, dict) else None
     if not isinstance(name, str) or name not in CRITERIA:
-        raise ConfigurationError(f"criteria: kind must be one of {', '.join(CRITERIA)}; got {name!r}")
+        meant = f": {hint(name, CRITERIA)}" if isinstance(name, str) else ""
+        raise ConfigurationError(f"criteria: kind must be one of {', '.join(CRITERIA)}; got {name!r}{meant}")
     kind = CRITERIA[name]
     arguments = {key: value for key, value in table.items() if key != "kind"}
     criterion: Criterion = _made(name, kind, _read(f"criteria: {name}", arguments, settings_of(kind)))

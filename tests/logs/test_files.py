@@ -272,7 +272,7 @@ def test_a_table_of_distances(tmp_path: Path) -> None:
     assert first == (0.0, 10.0, None)
     assert math.isnan(empty.distance)
     assert last == (0.2, 9.5, None)
-    assert (log.column, log.clock, log.frame_count) == ("distance", "column stamp", None)
+    assert (log.column, log.clock, log.frame_count) == ("distance", "column stamp, in s", None)
 
 
 def test_columns_and_rate_are_chosen(tmp_path: Path) -> None:
@@ -285,7 +285,7 @@ def test_columns_and_rate_are_chosen(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "has no column 'distance'; its first line has no names: choose with the option column"),
+        ("", "is empty: nothing was recorded, or copied"),
         (
             "t,distance\n1,2\n",
             "has no column 'stamp'; its first line has t, distance: choose with the option stamp_column, or say",

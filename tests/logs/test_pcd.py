@@ -206,7 +206,7 @@ def test_bytes_behind_the_last_point_are_no_points(read: Read) -> None:
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"", "is not a PCD file, or is damaged"),
+        (b"", "is empty: nothing was recorded, or copied"),
         (b"hello\n", "is not a PCD file, or is damaged: its first lines have no FIELDS or no DATA"),
         (pcd("binary")[:-1], "is not a PCD file, or is damaged|is cut short"),
         (pcd("binary")[:-21], "is cut short: it says 2 points and has 1"),

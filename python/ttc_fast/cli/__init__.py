@@ -3,16 +3,38 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ttc_fast import SIMD_LEVEL, __version__
+from ttc_fast._settings import ON_COMMAND_LINE, hint
 from ttc_fast.cli import bench, demo, node, replay
 from ttc_fast.cli.exits import DONE, EXIT_CODES, EXTRAS, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError, install
 from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$|-(inf|infinity|nan)$", re.IGNORECASE)
+"""A negative number, which is no option."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that tells every negative number from an option, and says what a mistyped option may have been."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EXIT_CODES, **settings)
+        self._negative_number_matcher = NUMBER
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse; an option that is unknown ends the command here, where those of its command are known."""
+        known, rest = super().parse_known_args(args, namespace)
+        unknown = next((each for each in rest if each.startswith("--") and each != "--"), None)
+        if unknown is not None:
+            flag = unknown.partition("=")[0]
+            self.error(f"there is no option {flag}: {hint(flag, self._option_string_actions)}")
+        return known, rest
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -40,8 +62,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     >>> main(["replay", "scan.xyz"])  # an error, on standard error
     3
     """
-    arguments = _parser().parse_args(argv)
+    token = ON_COMMAND_LINE.set(True)
     try:
+        arguments = _parser().parse_args(argv)
         arguments.run(arguments)
     except LogError as error:
         return _complain(UNREADABLE, str(error))
@@ -55,6 +78,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: {install(extra)}")
     except KeyboardInterrupt:
         return _complain(INTERRUPTED, "interrupted")
+    finally:
+        ON_COMMAND_LINE.reset(token)
     return DONE
 
 
@@ -64,11 +89,9 @@ def _complain(code: int, problem: str) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="ttc-fast",
         description="Time to collision from laser scans, clouds and distances: over recorded logs, and as a brake.",
-        epilog=EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"ttc-fast {__version__}, kernels: {SIMD_LEVEL}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
@@ -78,8 +101,6 @@ def _parser() -> argparse.ArgumentParser:
             usage=getattr(command, "USAGE_LINE", None),
             help=command.SUMMARY,
             description=command.DESCRIPTION,
-            epilog=EXIT_CODES,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         command.add_options(options)
         options.set_defaults(run=command.run, extra=getattr(command, "EXTRA", None))

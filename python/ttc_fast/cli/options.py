@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ttc_fast import _settings
-from ttc_fast._settings import Flag, Number, Numbers, Setting, Texts, settings_of
+from ttc_fast._settings import Flag, Number, Numbers, Setting, Texts, flag_of, settings_of
 from ttc_fast.brake import BrakeSettings
 from ttc_fast.cli.exits import USAGE, CommandError
 from ttc_fast.configuration import CRITERIA, Configuration, ConfigurationError
@@ -132,14 +132,10 @@ def _add_setting(group: Any, setting: Setting) -> None:
         how = {"type": read, "nargs": len(kind.names), "metavar": tuple(name.upper() for name in kind.names)}
     elif isinstance(kind, Texts):
         how = {"type": lambda text: tuple(text.split(",")), "metavar": "X,Y,Z"}
-        text += f" Write {_flag(setting.name)}=-y,x,z where the first is negative."
+        text += f" Write {flag_of(setting.name)}=-y,x,z where the first is negative."
     else:
         how = {"metavar": "NAME"}
-    group.add_argument(_flag(setting.name), help=text, **how)
-
-
-def _flag(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
+    group.add_argument(flag_of(setting.name), help=text, **how)
 
 
 def _given(arguments: argparse.Namespace, settings: Iterable[Setting]) -> dict[str, Any]:
@@ -150,10 +146,9 @@ def _given(arguments: argparse.Namespace, settings: Iterable[Setting]) -> dict[s
         if value is None:
             continue
         try:
-            given[setting.name] = setting.check(value)
+            given[setting.name] = setting.kind.check(flag_of(setting.name), value)
         except ValueError as error:
-            problem = str(error).replace(setting.name, _flag(setting.name), 1)
-            raise CommandError(USAGE, problem) from None
+            raise CommandError(USAGE, str(error)) from None
     return given
 
 

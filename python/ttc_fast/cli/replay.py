@@ -12,10 +12,12 @@ import os
 import signal
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
+from ttc_fast._settings import ON_COMMAND_LINE
 from ttc_fast.cli import options
 from ttc_fast.cli.exits import FAILED, PARTIAL, UNREADABLE, USAGE, CommandError
 from ttc_fast.configuration import ConfigurationError
@@ -23,7 +25,7 @@ from ttc_fast.logs import FORMATS, LogError
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from rich.console import Console
 
@@ -132,7 +134,7 @@ def opened(path: Path, settings: Settings) -> Replay:
     try:
         return Replay(path, settings)
     except ConfigurationError as error:
-        raise CommandError(USAGE, f"{path}: {error}") from error
+        raise CommandError(USAGE, f"{path}: {settings.typed(error)}") from error
 
 
 def play(played: Replay, rows: Iterable[Row], out: Path | None, plot: Path | None) -> None:
@@ -205,9 +207,10 @@ def _replay_all(
     stderr = Console(stderr=True)
     progress = Progress(console=stderr, transient=True, disable=not stderr.is_terminal)
     context = multiprocessing.get_context("spawn")
-    with progress, ProcessPoolExecutor(jobs, mp_context=context, initializer=_quiet) as pool:
-        each = pool.map(_one_of_many, paths, [settings] * len(paths), outs, plots)
+    with progress, ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin_process) as pool:
         try:
+            with _interrupts_held():
+                each = pool.map(_one_of_many, paths, [settings] * len(paths), outs, plots)
             return list(progress.track(each, total=len(paths), description=f"{len(paths)} logs"))
         except BaseException as error:
             pool.shutdown(wait=False, cancel_futures=True)
@@ -219,9 +222,25 @@ def _replay_all(
             raise
 
 
-def _quiet() -> None:
-    """Let this process end without a message when the terminal interrupts it."""
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Hold interrupts back, here and in the processes that begin meanwhile: Python would print where it was."""
+    if not hasattr(signal, "pthread_sigmask"):  # on Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin_process() -> None:
+    """Let this process end without a message when the terminal interrupts it, or has already; and word messages."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    ON_COMMAND_LINE.set(True)
 
 
 def _one_of_many(path: Path, settings: Settings, out: Path | None, plot: Path | None) -> Summary:

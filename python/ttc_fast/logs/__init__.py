@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast._settings import hint, settings_of
 from ttc_fast.logs.carmen import CarmenLog
 from ttc_fast.logs.cloud_files import CloudFiles
 from ttc_fast.logs.files import files_in, unpacked_name
@@ -99,6 +100,10 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
     (12, 1.73, 2.0, 'float32')
     """
     path = Path(path)
+    names = [each.name for each in settings_of(LogOptions)]
+    for name in options:
+        if name not in names:
+            raise TypeError(f"open_log has no option {name!r}: {hint(name, names)}")
     given = LogOptions(**options)
     try:
         if not path.exists():
@@ -129,10 +134,12 @@ def _open_file(path: Path, options: LogOptions) -> AnyLog:
     name = path.name.lower()
     if name.startswith("._"):
         raise LogError(path, f"is what macOS keeps beside {path.name[2:]}, and no log; leave it out")
-    for form in CLOUDS:
-        if form.has(path):
-            return CloudFiles(path, form, options)
+    form = next((form for form in CLOUDS if form.has(path)), None)
     opener = next((opener for suffixes, opener in FILES.items() if name.endswith(suffixes)), None)
+    if (form or opener) and path.is_file() and not path.stat().st_size:
+        raise LogError(path, "is empty: nothing was recorded, or copied")
+    if form is not None:
+        return CloudFiles(path, form, options)
     if opener is None:
         unpacked = unpacked_name(name)
         if unpacked.endswith(SUFFIXES) or any(form.has(Path(unpacked)) for form in CLOUDS):

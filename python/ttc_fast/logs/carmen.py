@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ttc_fast._settings import option
 from ttc_fast.logs.files import kind_of_file, open_text
 from ttc_fast.logs.log import LogError, ReadErrors, ScanFrame, Scanner
 from ttc_fast.logs.options import SCANNER
@@ -138,7 +139,7 @@ class CarmenLog:
         if topic is not None:
             if topic not in lasers:
                 has = ", ".join(lasers) or "none"
-                raise LogError(self.path, f"has no laser {topic}; it has {has}: choose with the option topic")
+                raise LogError(self.path, f"has no laser {topic}; it has {has}: choose with {option('topic')}")
             return topic, ""
         if not lasers:
             errors.raise_if_any(0)
@@ -152,7 +153,8 @@ class CarmenLog:
         said = [f"beams over half a turn, up to {RANGE_MAX} m"] if chosen in UNSAID else []
         others = [laser for laser in lasers if laser in BEHIND]
         if others and chosen not in BEHIND:
-            said.append(f"the front laser, {chosen}; the log has {', '.join(others)} too, choose with the option topic")
+            has = ", ".join(others)
+            said.append(f"the front laser, {chosen}; the log has {has} too, choose with {option('topic')}")
         return chosen, "; ".join(said)
 
     def _entries(self, errors: ReadErrors) -> Iterator[Scan | tuple[float, Pose]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ttc_fast._settings import option
 from ttc_fast.logs.files import files_in, unpacked_name
 from ttc_fast.logs.log import CloudFrame, LogError, ReadErrors
 from ttc_fast.logs.options import LIDAR
@@ -121,7 +122,7 @@ class CloudFiles:
         if self.frame_count > 1:
             self.assumed = (
                 f"{rate:g} frames a second, as neither the names nor a {LISTS[0]} say when the frames were; every "
-                "speed and time to collision rests on it: say it with the option rate"
+                f"speed and time to collision rests on it: say it with {option('rate')}"
             )
         return self._at(rate), f"no {LISTS[0]}, so {rate:g} frames a second are assumed"
 
@@ -154,10 +155,10 @@ class CloudFiles:
         if topic is not None:
             found = [each for each in found if each.name == topic] or [each for each in found if topic in each.name]
             if not found:
-                raise LogError(path, f"has no frames of {topic}; it has {has}: choose with the option topic")
+                raise LogError(path, f"has no frames of {topic}; it has {has}: choose with {option('topic')}")
         chosen = max(found, key=lambda each: len(each.frames))
         if len(found) > 1:
             several = f"it holds the frames of {len(found)} sensors or vehicles, {has}"
-            how = "choose one with the option topic, or give each a folder of its own"
+            how = f"choose one with {option('topic')}, or give each a folder of its own"
             self._errors.add(f"{several}, and only {chosen.name or UNNAMED} was read; {how}")
         return chosen

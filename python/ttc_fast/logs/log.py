@@ -331,3 +331,7 @@ class DistanceLog(Log[DistanceFrame], Protocol):
     @property
     def column(self) -> str:
         """The column of the table that the distances are read from."""
+
+    @property
+    def unit(self) -> str:
+        """The unit of that column; frames are in m."""

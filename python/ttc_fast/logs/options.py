@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ttc_fast._settings import MOUNT, OUTLINE, Choice, Flag, Number, Text, Texts, check_fields, setting
+from ttc_fast._settings import MOUNT, OUTLINE, Choice, Flag, Number, Text, Texts, check_fields, option, setting
 from ttc_fast.logs.log import LogError
 
 if TYPE_CHECKING:
@@ -115,7 +115,9 @@ class LogOptions:
     )
     sensor_height: float | None = setting(None, Number(unit="m"), "The height of a lidar above the road.")
     front_offset: float | None = setting(
-        None, Number(unit="m"), "The distance from a lidar to the bumper; nearer points are the vehicle itself."
+        None,
+        Number(unit="m", least=0.0),
+        "The distance from a lidar to the bumper; nearer points are the vehicle itself.",
     )
     axes: tuple[str, str, str] | None = setting(
         None,
@@ -130,8 +132,8 @@ class LogOptions:
         """Refuse the options that this kind of log does not know."""
         for name in (field.name for field in fields(self)):
             if getattr(self, name) is not None and name not in known:
-                has = f"it knows {', '.join(known)}" if known else "it knows none"
-                raise LogError(path, f"{kind} has no use for the option {name}; leave it out ({has})")
+                has = ", ".join(option(each).removeprefix("the option ") for each in known)
+                raise LogError(path, f"{kind} has no use for {option(name)}; leave it out (it knows {has})")
 
     def applied(self, thing: SizeT, names: Collection[str]) -> SizeT:
         """Return a scanner or a lidar with what the user said of it."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast._settings import option
 from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ReadErrors, ScanFrame, Scanner
 from ttc_fast.logs.options import LIDAR, MOTION, SCANNER
 from ttc_fast.pointcloud2 import read_pointcloud2
@@ -147,7 +148,7 @@ class _Source:
             errors.add(f"odometry at {at:.3f} s is not finite")
 
     def _sensor(self, odd: Tally) -> SensorChoice:
-        return SensorChoice(self.topic.name, odd, self._options.frame or "", "the option frame")
+        return SensorChoice(self.topic.name, odd, self._options.frame or "", option("frame"))
 
     def _survey(self) -> None:
         """Look at the first messages, and decide on sensor and clock."""
@@ -192,7 +193,7 @@ class _Source:
                 self.bag.path, f"{name} has no messages with the frame_id {self._options.frame!r}, but {has}"
             )
         if len(frames) > 1 and not self._options.frame:
-            raise LogError(self.bag.path, f"{name} {mixed_sensors(frames, 'the option frame')}")
+            raise LogError(self.bag.path, f"{name} {mixed_sensors(frames, option('frame'))}")
         if self.geometry is None and self.topic.type == LASER_SCAN:
             errors.raise_if_any(0)
         self._choose_clock(clocks[name], clocks[moving] if moving else None)
@@ -215,7 +216,7 @@ class _Source:
         self.clock = STAMPED if self._from_header else UNSTAMPED if by is None else RECORDED
         if self._from_header and not frames.stamped:
             raise LogError(
-                self.bag.path, f"{self.topic.name} has no stamps; leave out the option clock, or say recorded"
+                self.bag.path, f"{self.topic.name} has no stamps; leave out {option('clock')}, or say recorded"
             )
         self._began = frames.first if self._from_header else (self._recorded, self._recorded)
         self._begin, self._rate = self._began[0], frames.rate if self._from_header else 1.0
@@ -224,7 +225,7 @@ class _Source:
             known = f"odometry of {self._odometry.name}"
         if self._odometry is not None and moving is not None and self._from_header and moving.stamped:
             ahead = moving.ahead - frames.ahead
-            remedy = "the option clock says recorded to take the times of recording"
+            remedy = f"{option('clock', 'recorded')} takes the times of recording"
             self._incomparable = other_clock(self._odometry.name, ahead, self.topic.name, remedy)
             known = f"unknown: {self._incomparable}" if self._incomparable else known
         self.motion = self._options.motion(known)
@@ -368,7 +369,7 @@ def _unordered(topic: str, seconds: float, path: Path) -> str:
     return f"it is not in the order of time, and the odometry that belongs to a frame may be missed: {back}; {fix}"
 
 
-def _chosen(bag: Container, name: str | None, kinds: tuple[str, ...], option: str) -> Topic | None:
+def _chosen(bag: Container, name: str | None, kinds: tuple[str, ...], how: str) -> Topic | None:
     """Choose the one topic of these types, or the named one; None if there is none."""
     found = [topic for topic in bag.topics if topic.type in kinds]
     if name is not None:
@@ -376,11 +377,11 @@ def _chosen(bag: Container, name: str | None, kinds: tuple[str, ...], option: st
         if not named:
             has = ", ".join(topic.name for topic in found) or "none"
             of = " or ".join(kinds)
-            raise LogError(bag.path, f"has no topic {name} of {of}; it has {has}: choose with the option {option}")
+            raise LogError(bag.path, f"has no topic {name} of {of}; it has {has}: choose with {option(how)}")
         return named[0]
     if len(found) > 1:
         has = ", ".join(f"{topic.name} ({topic.type})" for topic in found)
-        raise LogError(bag.path, f"has several topics to choose from, {has}; choose one with the option {option}")
+        raise LogError(bag.path, f"has several topics to choose from, {has}; choose one with {option(how)}")
     return found[0] if found else None
 
 

@@ -4,15 +4,22 @@ Spreadsheets write tables in their own ways. The text is UTF-8, UTF-16 or Window
 commas, semicolons or tabs, as the line of names has them; and where it is not the comma that parts them, a decimal
 comma is read as a point. A stamp is a number of seconds, a date and a time of day, or a time since 1970 in ms, us or
 ns, which has 13, 16 or 19 digits.
+
+A column may say its unit in its name: ``distance_cm``, ``gap [mm]``, ``time (ms)``. Without one it is in m or s.
+Numbers that are hardly in these units are read all the same, and ``assumed`` says so.
 """
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import itertools
 import math
+import re
+from statistics import median
 from typing import TYPE_CHECKING
 
+from ttc_fast._settings import option
 from ttc_fast.logs.files import kind_of_file, open_text
 from ttc_fast.logs.log import DistanceFrame, LogError, ReadErrors
 from ttc_fast.logs.stamps import stamp_in
@@ -26,13 +33,21 @@ if TYPE_CHECKING:
 OPTIONS = ("column", "stamp_column", "rate", "speed")
 DELIMITERS = "\t;,"
 LONGEST_LINE = 1 << 20  # characters
+METRES = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "ft": 0.3048, "feet": 0.3048, "inch": 0.0254}
+SECONDS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "sec": 1.0}
+UNIT = re.compile(r"(?:[\s_.]+|(?=[\[(]))[\[(]?([a-z]+)[\])]?$|(?<=[a-z])([A-Z][a-z]+)$")
+"""The unit at the end of a name, behind a blank, in brackets, or as in distanceCm."""
+LIKELY = {"distance": ("dist", "range", "gap", "abstand"), "stamp": ("stamp", "time", "zeit", "sec")}
+"""Parts of the names that people give to a column."""
+SURVEYED = 200  # lines
+LONG, FAR = 5.0, 500.0  # s between two stamps, and m: no sensor is so slow, and none sees so far
 
 
 class DistanceTable:
     """A table of distances, one a line.
 
-    The columns ``stamp`` (s) and ``distance`` (m), or those that the user names. An empty distance is NaN: nothing was
-    measured then.
+    The columns ``stamp`` (s) and ``distance`` (m), or those that the user names, in the units that their names end
+    with. An empty distance is NaN: nothing was measured then.
 
     Parameters
     ----------
@@ -48,7 +63,6 @@ class DistanceTable:
     """
 
     frame_count = None
-    assumed = ""
 
     def __init__(self, path: Path, options: LogOptions) -> None:
         options.only(OPTIONS, path, "a table of distances")
@@ -57,17 +71,19 @@ class DistanceTable:
         self._stamp_column = None if options.rate else options.stamp_column or "stamp"
         self._rate = options.rate
         self._speed = options.speed
-        self.clock = f"column {self._stamp_column}" if self._stamp_column else f"{options.rate:g} frames a second"
+        self.unit, self._factor = _unit(self.column, METRES, "m")
+        unit, self._time_factor = _unit(self._stamp_column or "", SECONDS, "s")
+        by = f"column {self._stamp_column}, in {unit}"
+        self.clock = by if self._stamp_column else f"{options.rate:g} frames a second"
         header = next(self._lines(ReadErrors(path)), (0, []))[1]
         other = kind_of_file(path)
         if other:
             raise LogError(path, f"is no table, but {other}")
-        fixes = {self.column: "option column", self._stamp_column: "option stamp_column, or say the rate"}
-        for name, fix in fixes.items():
-            if name is not None and name not in header:
-                has = ", ".join(header[:20]) or "no names"
-                raise LogError(path, f"has no column {name!r}; its first line has {has}: choose with the {fix}")
-        self._columns = [header.index(name) for name in fixes if name is not None]
+        wanted = {"distance": self.column} | ({"stamp": self._stamp_column} if self._stamp_column else {})
+        if not set(wanted.values()) <= set(header):
+            raise LogError(path, _missing(wanted, header))
+        self._columns = [header.index(name) for name in wanted.values()]
+        self.assumed = self._survey()
 
     def __iter__(self) -> Iterator[DistanceFrame]:
         errors, frames, before = ReadErrors(self.path), 0, -math.inf
@@ -75,8 +91,8 @@ class DistanceTable:
         next(lines, None)
         for number, words in lines:
             try:
-                distance = _number(words[self._columns[0]])
-                stamps = [_time(words[column]) for column in self._columns[1:]]
+                distance = _number(words[self._columns[0]]) * self._factor
+                stamps = [_time(words[column], self._time_factor) for column in self._columns[1:]]
             except ValueError:
                 errors.add(f"line {number}: it has a word that is no number")
                 continue
@@ -91,6 +107,22 @@ class DistanceTable:
             frames += 1
             yield DistanceFrame(stamp, distance, self._speed)
         errors.raise_if_any(frames)
+
+    def _survey(self) -> str:
+        """Say what is hardly in m or s, by the first lines, for people; empty if nothing is."""
+        frames: list[DistanceFrame] = []
+        with contextlib.suppress(LogError):  # it is met again where the table is read
+            frames.extend(itertools.islice(self, SURVEYED))
+        steps = [after.stamp - before.stamp for before, after in itertools.pairwise(frames)]
+        distances = [abs(frame.distance) for frame in frames if math.isfinite(frame.distance)]
+        said = []
+        if not self._rate and steps and median(steps) > LONG:
+            what = f"the stamps of column {self._stamp_column} are {median(steps):g} s apart"
+            said.append(f"{what}, read as they are; if they are in ms, name the column {self._stamp_column}_ms")
+        if distances and median(distances) > FAR:
+            what = f"the distances of column {self.column} are such as {median(distances):g} m"
+            said.append(f"{what}, read as they are; if they are in cm, name the column {self.column}_cm")
+        return "; ".join(said)
 
     def _lines(self, errors: ReadErrors) -> Iterator[tuple[int, list[str]]]:
         """Read the lines that are not empty, as words; the first of them are the names."""
@@ -123,6 +155,38 @@ def _number(word: str) -> float:
     return float(word) if word else math.nan
 
 
-def _time(word: str) -> float:
+def _time(word: str, factor: float) -> float:
     stamp = stamp_in(word)
-    return _number(word) if stamp is None else stamp / 1e9
+    return _number(word) * factor if stamp is None else stamp / 1e9
+
+
+def _unit(name: str, units: dict[str, float], plain: str) -> tuple[str, float]:
+    """Return the unit that the name of a column ends with, and the factor for it."""
+    found = UNIT.search(name)
+    unit = (found[1] or found[2]).lower() if found else plain
+    return (unit, units[unit]) if unit in units else (plain, 1.0)
+
+
+def _missing(wanted: dict[str, str], header: list[str]) -> str:
+    """Say which columns are missing, and which are meant perhaps."""
+    missing = {what: name for what, name in wanted.items() if name not in header}
+    names = " and ".join(map(repr, missing.values()))
+    has = ", ".join(header[:20])
+    how = {"distance": "column", "stamp": "stamp_column"}
+    if not has or all(_is_number(word) for word in header):
+        got = f"numbers, {has}" if has else "nothing"
+        return f"must have the names of its columns in its first line, such as stamp,distance; it has {got} there"
+    fixes = []
+    for what in missing:
+        meant = [name for name in header if any(part in name.lower() for part in LIKELY[what])]
+        fixes.append(option(how[what], meant[0]) if len(meant) == 1 else option(how[what]))
+    rate = f", or say the rate with {option('rate')}" if "stamp" in missing else ""
+    return f"has no column {names}; its first line has {has}: choose with {' and '.join(fixes)}{rate}"
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return stamp_in(word) is not None
+    return True

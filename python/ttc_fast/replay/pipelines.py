@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from ttc_fast._core import CloudTracker, DistanceTracker, Minimum, SweptPath, robust_min_x
+from ttc_fast._settings import option
 from ttc_fast.brake import Estimate, Motion
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import forward_left_up
@@ -235,7 +236,8 @@ class Clouds:
             return []
         seen = f"the gate holds the vehicle itself, {self._own_distance:.2f} m ahead of the lidar"
         count = "1 frame" if self._own_frames == 1 else f"{self._own_frames} frames"
-        return [f"{seen}: it was passed over in {count}; --front-offset says where the vehicle ends, or --gate-x"]
+        how = f"{option('front_offset')} says where the vehicle ends, or {option('gate_x')}"
+        return [f"{seen}: it was passed over in {count}; {how}"]
 
     def obstacles(self, points: NDArray[Any]) -> NDArray[Any]:
         """Return the points at the heights of the gate in the vehicle frame, without those of the vehicle itself."""
@@ -274,7 +276,7 @@ class Distances:
     rated: ClassVar[bool] = False
 
     def __init__(self, log: DistanceLog, settings: Settings) -> None:
-        self.about = [("distance", f"column {log.column}")]
+        self.about = [("distance", f"column {log.column}, in {log.unit}")]
         self._tracker = DistanceTracker()
         self.controller = ReplayController(settings.configured())
 
@@ -344,7 +346,8 @@ def assumed_reach(lidar: Lidar) -> str:
     if lidar.sensor_height is not None:
         within = f"what is nearer than {lidar.own_reach:.3g} m, 1.5 times the height of the lidar, is taken for the"
         counts = f"{within} vehicle itself unless it comes closer or nothing else is ahead"
-    return f"{counts}, as it is not known where the vehicle ends: say it with --front-offset, --outline or --gate-x"
+    how = f"{option('front_offset')}, {option('outline')} or {option('gate_x')}"
+    return f"{counts}, as it is not known where the vehicle ends: say it with {how}"
 
 
 def about_scans(log: ScanLog, outline: Any, mount: tuple[float, ...]) -> list[tuple[str, str]]:
@@ -355,7 +358,7 @@ def about_scans(log: ScanLog, outline: Any, mount: tuple[float, ...]) -> list[tu
     scanner += f", {mounted}" if mounted else ""
     if outline is None:
         problem = "from the scanner, so TTC is too long by (scanner to edge of the vehicle) / closing speed"
-        return [("scanner", scanner), ("distance", f"{problem}; --outline says where the vehicle ends")]
+        return [("scanner", scanner), ("distance", f"{problem}; {option('outline')} says where the vehicle ends")]
     rear, front, right, left = outline
     return [
         ("scanner", scanner),
@@ -367,9 +370,8 @@ def about_clouds(gate: Gate, front_offset: float) -> list[tuple[str, str]]:
     """Return the lines of a summary that say what the numbers of clouds rest on."""
     bounds = {"x": gate.x, "y": gate.y, "z": gate.z, "intensity": gate.intensity}
     limits = [f"{name} {low:g} to {high:g}" for name, bound in bounds.items() if bound for low, high in [bound]]
-    start = (
-        "from the lidar, so TTC is too long by (lidar to bumper) / closing speed; --front-offset says how far that is"
-    )
+    too_long = "from the lidar, so TTC is too long by (lidar to bumper) / closing speed"
+    start = f"{too_long}; {option('front_offset')} says how far that is"
     if front_offset:
         start = f"from the bumper, {front_offset:g} m ahead of the lidar"
     return [("gate", ", ".join(limits)), ("distance", start)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import Gate
+from ttc_fast._settings import option
 from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.configuration import Configuration, ConfigurationError
 from ttc_fast.logs import LogError
@@ -74,7 +75,17 @@ class Settings:
         said = [name for name in SCANNER if self.log_options.get(name) is not None]
         for name in (*said, *(f"gate_{name}" for name in self.gate)):
             if name not in uses:
-                raise LogError(path, f"{kind} has no use for the option {name}; leave it out")
+                raise LogError(path, f"{kind} has no use for {option(name)}; leave it out")
+
+    def typed(self, error: ConfigurationError) -> str:
+        """Return what is wrong, in which an option that the user gave has the name by which it is typed."""
+        part, _, rest = str(error).partition(": ")
+        name, _, problem = rest.partition(" ")
+        if part == "scan" and self.log_options.get(name) is not None:
+            return f"{option(name)} {problem}"
+        if part == "gate" and name in self.gate:
+            return f"{option(f'gate_{name}')} {problem}"
+        return str(error)
 
     def configured(self) -> Configuration:
         """Return the configuration with the options that win over it."""
@@ -112,6 +123,7 @@ def heights_of(lidar: Lidar) -> tuple[float, float]:
     """Return the heights at which vehicles are seen well, m above the lidar."""
     if lidar.sensor_height is None:
         problem = "it is not known how high the lidar sits above the road"
-        raise ConfigurationError(f"{problem}; say it with --sensor-height, or say which heights with --gate-z")
+        how = f"say it with {option('sensor_height')}, or say which heights with {option('gate_z')}"
+        raise ConfigurationError(f"{problem}; {how}")
     low, high = lidar.height
     return low - lidar.sensor_height, high - lidar.sensor_height

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
+from ttc_fast._settings import option
 from ttc_fast.brake import Command, Reason
 from ttc_fast.status import Status
 
@@ -179,10 +180,10 @@ def _found(summary: Summary) -> Iterator[tuple[str, str]]:
     if summary.invalid:
         yield "invalid", f"{frames(summary.invalid)} with nothing valid, or with a stamp that is not newer"
     if summary.unknown:
-        yield "unknown", f"in {frames(summary.unknown)} nothing tells a closing speed; --speed does"
+        yield "unknown", f"in {frames(summary.unknown)} nothing tells a closing speed; {option('speed')} does"
     if summary.stale:
         gap = f"no frame came for longer than the brake waits, at most for {summary.longest_gap:.3g} s"
-        yield "stale", f"{times(summary.stale)} {gap}; --sensor-timeout says how long it waits"
+        yield "stale", f"{times(summary.stale)} {gap}; {option('sensor_timeout')} says how long it waits"
     if summary.resets:
         yield "clock", f"set back {times(summary.resets)}; the brake began anew there"
     for each in summary.odd:

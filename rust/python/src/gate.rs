@@ -116,7 +116,7 @@ impl Gate {
     /// Raises
     /// ------
     /// ValueError
-    ///     If ``headroom`` is below ``clearance``, ``front`` is not finite or beyond the end of ``x``, or ``Gate``
+    ///     If ``headroom`` is below ``clearance``, ``front`` is negative, not finite or beyond the end of ``x``, or ``Gate``
     ///     refuses another setting.
     ///
     /// Examples

@@ -143,10 +143,10 @@ impl Gate {
     /// [`REACH_BY_HEIGHT`] times the sensor's height.
     ///
     /// # Errors
-    /// When `front` is not finite, or the gate ends before it.
+    /// When `front` is negative or not finite, or the gate ends before it.
     pub fn beyond_vehicle(self, front: Option<f64>, sensor_height: f64) -> Result<Self, Error> {
         let front = front.unwrap_or(REACH_BY_HEIGHT * sensor_height);
-        finite("front", front)?;
+        non_negative("front", front)?;
         let (from, to) = self.x;
         if front > to {
             return Err(Error::new("front", format!("must be before the end of x = {to:?}, got {front:?}")));
