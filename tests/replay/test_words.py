@@ -105,28 +105,39 @@ def test_a_table_of_criteria_that_should_be_a_list_is_named(tmp_path: Path, caps
     assert "write [[criteria]] instead of [criteria]" in text
 
 
+HURRIED = """
+import os, signal, sys, time
+from multiprocessing.context import SpawnProcess
+from ttc_fast.cli import main
+
+def catches_interrupts(process):  # Python has begun there
+    status = open(f"/proc/{process.pid}/status").read()
+    return int(status.partition("SigCgt:")[2].split()[0], 16) >> signal.SIGINT - 1 & 1
+
+def start(process):
+    begin(process)
+    while not catches_interrupts(process):
+        time.sleep(0.001)
+    os.kill(process.pid, signal.SIGINT)
+    time.sleep(0.5)
+    os.kill(os.getpid(), signal.SIGINT)
+
+begin, SpawnProcess.start = SpawnProcess.start, start
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="it sees in /proc that Python has begun")
 def test_an_interrupt_while_processes_begin_is_one_line(tmp_path: Path) -> None:
     """A terminal interrupts the processes as well, which import what they need at that time."""
-    hurried = (
-        "import os, signal, sys, time; from multiprocessing.context import SpawnProcess; from ttc_fast.cli import main;"
-        "signal.signal(signal.SIGINT, signal.default_int_handler);"
-        "start = SpawnProcess.start;"
-        "SpawnProcess.start = lambda self: (start(self), time.sleep(0.15), os.killpg(0, signal.SIGINT));"
-        "sys.exit(main(sys.argv[1:]))"
-    )
-    command = [
-        sys.executable,
-        "-c",
-        hurried,
-        "replay",
-        *[SCANS] * 8,
-        "--out",
-        str(tmp_path / "rows.csv"),
-        "--jobs",
-        "2",
-    ]
+    replay = ["replay", *[SCANS] * 8, "--out", str(tmp_path / "rows.csv"), "--jobs", "2"]
     process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        [sys.executable, "-c", HURRIED, *replay],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
     out, err = process.communicate(timeout=60)
     assert (process.returncode, err, out) == (130, "ttc-fast: interrupted\n", "")
