@@ -161,8 +161,16 @@ __all__ = [
 ]
 
 
+# Imported when first asked for: a perception loop does without them.
+_MODULES = ("compat", "configuration", "logs", "reference", "replay", "ros", "sensors")
+
+
 def __getattr__(name: str) -> Any:
-    """``ttc_fast.reference``, imported when first asked for: a perception loop does without it."""
-    if name == "reference":
-        return importlib.import_module("ttc_fast.reference")
+    """Return a module of the package, such as ``ttc_fast.replay``."""
+    if name in _MODULES:
+        return importlib.import_module(f"ttc_fast.{name}")
     raise AttributeError(f"module 'ttc_fast' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *_MODULES, "status"})

@@ -72,7 +72,8 @@ _Number: TypeAlias = float | np.floating[Any] | np.integer[Any]
 _Float: TypeAlias = np.float32 | np.float64
 _FloatT = TypeVar("_FloatT", bound=np.float32 | np.float64)
 _Row = TypeVar("_Row", covariant=True)
-_Buffer: TypeAlias = array[float] | memoryview[Any]
+# Tensors are taken too. But arrays of NumPy look like one to a type checker, whatever their dtype and dimensions.
+_Buffer: TypeAlias = array[float] | memoryview[Any] | Sequence[float] | Sequence[Sequence[float]]
 # An array whose type does not tell its dimensions counts as one scan, unless a motion is an array as well.
 _Scan: TypeAlias = np.ndarray[tuple[int], np.dtype[_Float]] | _Buffer
 _Scans: TypeAlias = np.ndarray[tuple[int, int], np.dtype[_Float]]
@@ -116,8 +117,28 @@ class _Batch(_Shown, Generic[_Row]):
 class NoDataError(ValueError): ...
 
 @overload
+def ittc(  # type: ignore[overload-overlap]
+    ranges: _Number,
+    *,
+    closing_speed: _Number,
+    range_rate: None = None,
+    min_closing_speed: _Number = 0.0,
+    out: None = None,
+    status_out: None = None,
+) -> float: ...
+@overload
+def ittc(  # type: ignore[overload-overlap]
+    ranges: _Number,
+    *,
+    closing_speed: None = None,
+    range_rate: _Number,
+    min_closing_speed: _Number = 0.0,
+    out: None = None,
+    status_out: None = None,
+) -> float: ...
+@overload
 def ittc(
-    ranges: NDArray[_FloatT],
+    ranges: _Number | NDArray[_FloatT],
     *,
     closing_speed: _Number | NDArray[_FloatT],
     range_rate: None = None,
@@ -127,7 +148,7 @@ def ittc(
 ) -> NDArray[_FloatT]: ...
 @overload
 def ittc(
-    ranges: NDArray[_FloatT],
+    ranges: _Number | NDArray[_FloatT],
     *,
     closing_speed: None = None,
     range_rate: _Number | NDArray[_FloatT],
@@ -137,7 +158,7 @@ def ittc(
 ) -> NDArray[_FloatT]: ...
 @overload
 def ittc(
-    ranges: _Buffer,
+    ranges: _Number | NDArray[_Float] | _Buffer,
     *,
     closing_speed: _Number | NDArray[_Float] | _Buffer,
     range_rate: None = None,
@@ -147,7 +168,7 @@ def ittc(
 ) -> NDArray[Any]: ...
 @overload
 def ittc(
-    ranges: _Buffer,
+    ranges: _Number | NDArray[_Float] | _Buffer,
     *,
     closing_speed: None = None,
     range_rate: _Number | NDArray[_Float] | _Buffer,

@@ -47,7 +47,7 @@ def test_positions_of_another_dtype(argument: str, call: Callable[[Any], Any], d
 
 
 @every_array
-@pytest.mark.parametrize("odd", [None, 5.0, [[1.0, 2.0]] * 20, "text", object()], ids=lambda odd: type(odd).__name__)
+@pytest.mark.parametrize("odd", [None, 5.0, [["1", "2"]] * 20, "text", object()], ids=lambda odd: type(odd).__name__)
 def test_what_is_no_array(argument: str, call: Callable[[Any], Any], odd: Any) -> None:
     refused(TypeError, argument, call, odd)
 

@@ -77,7 +77,7 @@ def test_points_that_are_none(module: Any, method: str) -> None:
     column, other = np.ones(4), np.ones(5)
     for kind, points in (
         (TypeError, None),
-        (TypeError, [[1.0, 2.0]]),
+        (TypeError, [["1", "2"]]),
         (ValueError, ()),
         (ValueError, (column,)),
         (ValueError, (column,) * 5),

@@ -353,7 +353,7 @@ def test_settings_that_make_no_sense(argument: str, value: Any) -> None:
         ((np.ones(5), 0.0), ValueError, "ranges"),
         ((np.ones((2, 4)), 0.0), ValueError, "ranges must be one scan"),
         ((np.ones(4, np.int32), 0.0), TypeError, "ranges"),
-        (([1.0, 1.0, 1.0, 1.0], 0.0), TypeError, "ranges"),
+        ((["1", "1", "1", "1"], 0.0), TypeError, "ranges"),
         ((np.ones(4), math.nan), ValueError, "stamp"),
         ((np.ones(4), "now"), TypeError, "stamp"),
         ((np.ones(4), 0.0, math.inf), ValueError, "yaw_rate"),

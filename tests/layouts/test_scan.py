@@ -356,10 +356,13 @@ def test_a_torch_tensor_through_numpy() -> None:
     assert scan.min(shared, 5.0) == scan.min(view, 5.0)
 
 
-def test_what_offers_only_dlpack_is_told_the_way() -> None:
-    tensor: Any = Tensor(make_ranges(BEAMS, "float32"))
-    with pytest.raises(TypeError, match=r"numpy\.from_dlpack\(ranges\)"):
-        make_scan(BEAMS).min(tensor, 5.0)
+def test_what_offers_only_dlpack_is_read_in_place() -> None:
+    ranges = make_ranges(BEAMS, "float32")
+    tensor: Any = Tensor(ranges)
+    scan = make_scan(BEAMS)
+    assert scan.min(tensor, 5.0) == scan.min(ranges, 5.0)
+    tensor.values[:] = 3.0
+    assert scan.min(tensor, 5.0) == scan.min(np.full_like(ranges, 3.0), 5.0)
 
 
 # --- no copy -----------------------------------------------------------------------------------------------------

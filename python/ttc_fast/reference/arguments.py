@@ -36,14 +36,28 @@ def shows_settings(*names: str) -> Callable[[_Class], _Class]:
     return decorated
 
 
+def as_array(argument: str, values: Any) -> NDArray[Any]:
+    """Return ``values`` as an array over the same memory; of a list or a tuple a copy, with ints as floats."""
+    if isinstance(values, np.ndarray):
+        return values
+    typed = isinstance(values, list | tuple)
+    kind = type(values).__name__
+    try:
+        array: NDArray[Any] = np.asarray(memoryview(values))
+    except TypeError:
+        if not typed and not any(hasattr(values, name) for name in ("__dlpack__", "__array_interface__", "__array__")):
+            problem = f"must be a numpy array of float32 or float64, or a list of numbers, got {kind}"
+            raise TypeError(f"{argument} {problem}") from None
+        try:
+            array = np.from_dlpack(values) if hasattr(values, "__dlpack__") else np.asarray(values)
+        except Exception as error:
+            raise TypeError(f"{argument} of type {kind} cannot be read as a numpy array: {error}") from None
+    return array.astype(np.float64) if typed and array.dtype.kind == "i" else array
+
+
 def floats(argument: str, values: Any) -> Floats:
     """Return ``values`` as an array over the same memory: float32 or float64, a scan (1-D) or a batch (2-D)."""
-    if not isinstance(values, np.ndarray):
-        try:
-            values = memoryview(values)
-        except TypeError:
-            raise TypeError(f"{argument} must be a numpy array or a buffer, got {type(values).__name__}") from None
-    array: NDArray[Any] = np.asarray(values)
+    array = as_array(argument, values)
     if array.ndim not in (1, 2):
         raise ValueError(f"{argument} must have 1 or 2 dimensions, got shape {array.shape}")
     if array.dtype not in (np.float32, np.float64):

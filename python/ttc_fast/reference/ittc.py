@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.reference.arguments import finite, floats, non_negative, output
+from ttc_fast.reference.arguments import finite, floats, non_negative, number, output
 from ttc_fast.reference.formula import rounded, time_to_collision
 from ttc_fast.status import Status
 
@@ -24,7 +24,7 @@ def ittc(
     min_closing_speed: float = 0.0,
     out: Floats | None = None,
     status_out: NDArray[np.uint8] | None = None,
-) -> Floats:
+) -> Any:
     """Instantaneous time-to-collision of each range, ``range / max(closing_speed, 0)`` [F1TENTH lecture].
 
     Arguments, result and errors are those of ``ttc_fast.ittc``: +inf is free space, -inf a contact; NaN and negative
@@ -40,11 +40,29 @@ def ittc(
     if (closing_speed is None) == (range_rate is None):
         raise TypeError("give exactly one of closing_speed and range_rate")
     min_closing_speed = non_negative("min_closing_speed", min_closing_speed)
-    ranges = floats("ranges", ranges)
-    if closing_speed is not None:
-        closing = _like("closing_speed", closing_speed, ranges)
+    name, rate = ("closing_speed", closing_speed) if range_rate is None else ("range_rate", range_rate)
+    if np.ndim(ranges) == 0 and np.ndim(rate) == 0:
+        if out is not None or status_out is not None:
+            raise TypeError("out and status_out are for arrays; the range and its rate are numbers")
+        one = np.array([number("ranges", ranges)])
+        return float(ittc(one, **{name: rate}, min_closing_speed=min_closing_speed)[0])
+    if np.ndim(rate) == 0:
+        ranges = floats("ranges", ranges)
+        same = rounded(finite(name, rate), ranges.dtype)
+        rates = np.full_like(ranges, finite(f"{name} in the dtype of ranges", same), subok=False)
     else:
-        closing = -_like("range_rate", range_rate, ranges)
+        rates = floats(name, rate)
+        if np.ndim(ranges) == 0:
+            ranges = np.full_like(rates, number("ranges", ranges), subok=False)
+        ranges = floats("ranges", ranges)
+        dtype = np.result_type(ranges, rates)
+        try:
+            rates = np.broadcast_to(rates, ranges.shape)
+        except ValueError:
+            problem = f"must be a number or broadcast to the shape {ranges.shape} of ranges, got {rates.shape}"
+            raise ValueError(f"{name} {problem}") from None
+        ranges, rates = ranges.astype(dtype, copy=False), rates.astype(dtype)
+    closing = rates if range_rate is None else -rates
     if status_out is not None:
         output("status_out", status_out, ranges, np.uint8)
     out = np.empty_like(ranges, subok=False) if out is None else output("out", out, ranges, ranges.dtype)
@@ -67,16 +85,3 @@ def ittc(
         conditions, statuses = zip(*cases, strict=True)
         status_out[...] = np.select(conditions, statuses, Status.NOT_CLOSING)
     return out
-
-
-def _like(argument: str, rate: Any, ranges: Floats) -> Floats:
-    """Return a rate for each range, in a new array of their dtype."""
-    if np.ndim(rate) == 0:
-        same = rounded(finite(argument, rate), ranges.dtype)
-        return np.full_like(ranges, finite(f"{argument} in the dtype of ranges", same), subok=False)
-    rates = floats(argument, rate)
-    if rates.shape != ranges.shape:
-        raise ValueError(f"{argument} must be a number or have the shape {ranges.shape}, got {rates.shape}")
-    if rates.dtype != ranges.dtype:
-        raise TypeError(f"{argument} must have the dtype of ranges, {ranges.dtype}, got {rates.dtype}")
-    return rates.copy()

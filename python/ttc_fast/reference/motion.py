@@ -225,12 +225,8 @@ def _each(
         if status_out is not None:
             raise TypeError("status_out is for arrays; the arguments are numbers")
         return formula(*values.values())
-    first, *others = arrays
-    for name in others:
-        if arrays[name].dtype != arrays[first].dtype:
-            raise TypeError(f"{name} must have the dtype of {first}, {arrays[first].dtype}, got {arrays[name].dtype}")
     elements = np.broadcast(*values.values())
-    out = np.empty(elements.shape, arrays[first].dtype)
+    out = np.empty(elements.shape, np.result_type(*arrays.values()))
     numbers = [tuple(map(float, element)) for element in elements]
     if status_out is not None:
         output("status_out", status_out, out, np.uint8)
@@ -242,6 +238,6 @@ def _each(
 
 def _checked(argument: str, value: Any, check: Callable[[str, Any], float]) -> Any:
     """Return ``value`` as an array, or as a number that passes the check."""
-    if np.ndim(value) > 0 or isinstance(value, memoryview):
+    if np.ndim(value) > 0:
         return floats(argument, value)
     return check(argument, value)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ttc_fast.reference.arguments import as_array
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -36,11 +38,7 @@ def cloud(argument: str, points: Any) -> Cloud:
     """Return ``points`` as a cloud; they are plain rows, records, or a tuple of columns."""
     if isinstance(points, tuple):
         return _of_columns(argument, points)
-    if not isinstance(points, np.ndarray):
-        raise TypeError(
-            f"{argument} must be a numpy array of points, or a tuple of arrays (x, y, z[, intensity]), "
-            f"got {type(points).__name__}"
-        )
+    points = as_array(argument, points)
     return _of_rows(argument, points) if points.dtype.names is None else _of_records(argument, points)
 
 
@@ -69,8 +67,7 @@ def _of_columns(argument: str, columns: tuple[Any, ...]) -> Cloud:
     """Return a cloud from one array each for x, y and z, and perhaps intensity."""
     if len(columns) not in (3, 4):
         raise ValueError(f"{argument} as a tuple must be (x, y, z) or (x, y, z, intensity), got {len(columns)} arrays")
-    if not all(isinstance(column, np.ndarray) for column in columns):
-        raise TypeError(f"{argument} as a tuple must be of numpy arrays")
+    columns = tuple(as_array(argument, column) for column in columns)
     shapes = [column.shape for column in columns]
     if len(set(shapes)) > 1 or len(shapes[0]) not in (1, 2):
         raise ValueError(f"{argument} must have columns of one shape, (N,) or (H, W), got {shapes}")
@@ -92,8 +89,7 @@ def frames(argument: str, points: Any) -> tuple[Floats, bool]:
     Where there is no z, x stands in for it: that never makes a valid point invalid.
     """
     columns = _planar(argument, points)
-    if not all(isinstance(column, np.ndarray) for column in columns):
-        raise TypeError(f"{argument} as a tuple must be of numpy arrays")
+    columns = tuple(as_array(argument, column) for column in columns)
     shapes = [column.shape for column in columns]
     if len(set(shapes)) > 1 or len(shapes[0]) not in (1, 2):
         raise ValueError(f"{argument} must have columns of one shape, (N,) or (B, N), got {shapes}")
@@ -110,8 +106,7 @@ def _planar(argument: str, points: Any) -> tuple[Any, ...]:
         if len(points) not in (2, 3, 4):
             raise ValueError(f"{argument} as a tuple must be (x, y) or (x, y, z), got {len(points)} arrays")
         return points[:3]
-    if not isinstance(points, np.ndarray):
-        raise TypeError(f"{argument} must be a numpy array of points, or a tuple of arrays (x, y), got {points!r}")
+    points = as_array(argument, points)
     if points.dtype.names is not None:
         if not {"x", "y"} <= set(points.dtype.names):
             raise ValueError(f"{argument} must be records with fields x and y, got {points.dtype.names}")

@@ -11,7 +11,7 @@ use numpy::{PyArrayDescrMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyMemoryView;
+use pyo3::types::{PyList, PyMemoryView, PyTuple};
 use ttc_fast_core::column::{Column, Table, TableMut};
 
 type Array<'py> = Bound<'py, PyUntypedArray>;
@@ -137,11 +137,6 @@ impl<'py> Floats<'py> {
     /// The array itself.
     pub fn array(&self) -> &Array<'py> {
         &self.array
-    }
-
-    /// The shape of the array.
-    pub fn shape(&self) -> &[usize] {
-        self.array.shape()
     }
 
     /// The name of the array's dtype.
@@ -353,31 +348,69 @@ impl Header {
     }
 }
 
-/// `object` itself if it is an array, or an array over the same memory if it offers a buffer.
+/// `object` itself if it is an array, or an array of what it holds.
 #[inline(always)]
 pub fn as_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
     if let Ok(array) = object.cast_exact::<PyUntypedArray>() { Ok(array.clone()) } else { made_array(argument, object) }
 }
 
-/// `object` as an array, where it is of a subclass of arrays or only offers a buffer.
+/// `object` as an array, where it is not one itself: a subclass, a buffer, a tensor on the CPU, a list or a tuple.
+///
+/// Numbers in lists and tuples are copied, ints as floats. Everything else keeps its memory and its dtype.
 #[cold]
 fn made_array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
     if let Ok(array) = object.cast::<PyUntypedArray>() {
         return refuse_masked(argument, object).map(|()| array.clone());
     }
     let py = object.py();
-    let Ok(buffer) = PyMemoryView::from(object) else {
-        let fix = if object.hasattr(intern!(py, "__dlpack__"))? {
-            format!("numpy.from_dlpack({argument}) makes one without copying")
-        } else {
-            format!("numpy.asarray({argument}, dtype=numpy.float32) makes one")
-        };
-        return Err(PyTypeError::new_err(format!(
-            "{argument} must be a numpy array or a buffer of float32 or float64, got {}; {fix}",
-            type_name(object)
-        )));
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let made = if let Ok(buffer) = PyMemoryView::from(object) {
+        numpy.call_method1(intern!(py, "asarray"), (buffer,))
+    } else if object.hasattr(intern!(py, "__dlpack__"))? {
+        numpy.call_method1(intern!(py, "from_dlpack"), (object,))
+    } else if is_array_like(object)? {
+        numpy.call_method1(intern!(py, "asarray"), (object,))
+    } else {
+        let got = type_name(object);
+        let problem =
+            format!("{argument} must be a numpy array of float32 or float64, or a list of numbers, got {got}");
+        return Err(PyTypeError::new_err(problem));
     };
-    Ok(py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "asarray"), (buffer,))?.cast_into()?)
+    let array: Array<'py> = made
+        .map_err(|error| {
+            let (got, problem) = (type_name(object), error.value(py));
+            PyTypeError::new_err(format!("{argument} of type {got} cannot be read as a numpy array: {problem}"))
+        })?
+        .cast_into()?;
+    let typed = object.cast::<PyList>().is_ok() || object.cast::<PyTuple>().is_ok();
+    let ints = typed && array.dtype().getattr(intern!(py, "kind"))?.eq("i")?;
+    if ints { as_doubles(&array) } else { Ok(array) }
+}
+
+/// Whether NumPy makes an array of it: a list, a tuple, or what says so itself.
+pub fn is_array_like(object: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let py = object.py();
+    Ok(object.cast::<PyList>().is_ok()
+        || object.cast::<PyTuple>().is_ok()
+        || object.hasattr(intern!(py, "__dlpack__"))?
+        || object.hasattr(intern!(py, "__array_interface__"))?
+        || object.hasattr(intern!(py, "__array__"))?)
+}
+
+/// A copy in float64.
+fn as_doubles<'py>(array: &Array<'py>) -> PyResult<Array<'py>> {
+    Ok(array.call_method1(intern!(array.py(), "astype"), ("float64",))?.cast_into()?)
+}
+
+/// The arrays in one dtype: where float32 and float64 meet, copies in float64, as NumPy promotes.
+pub fn promote<const N: usize>(arrays: &mut [Option<Array<'_>>; N]) -> PyResult<()> {
+    let meets = |holds: fn(&Array<'_>) -> bool| arrays.iter().flatten().any(holds);
+    if meets(holds::<f32>) && meets(holds::<f64>) {
+        for array in arrays.iter_mut().flatten().filter(|array| holds::<f32>(array)) {
+            *array = as_doubles(array)?;
+        }
+    }
+    Ok(())
 }
 
 /// Refuse a masked array: what lies under its mask is exactly what is not to be read.
@@ -450,8 +483,9 @@ pub fn wrong_dtype(argument: &str, array: &Array<'_>) -> PyErr {
     let dtype = array.dtype();
     let kind = dtype.getattr("kind").and_then(|kind| kind.extract::<char>()).unwrap_or('?');
     let size = dtype.getattr("itemsize").and_then(|size| size.extract::<usize>()).unwrap_or(0);
+    let is_distance = !["speed", "rate", "acceleration"].iter().any(|word| argument.contains(word));
     let fix = match (kind, size) {
-        ('i' | 'u', _) => {
+        ('i' | 'u', _) if is_distance => {
             format!("integers are often millimetres: convert with ({argument} * 0.001).astype(numpy.float32)")
         }
         ('f', 4 | 8) => format!("it is in foreign byte order: convert with {argument}.astype('=f{size}')"),

@@ -1,6 +1,6 @@
 //! A formula over numbers and arrays: numbers give a float, arrays are read in place and give an array of their dtype.
 
-use crate::array::{Floats, Numbers, as_array, refuse_shared};
+use crate::array::{Floats, Numbers, as_array, promote, refuse_shared};
 use crate::util::run::{level, release};
 use crate::util::{number, value_error};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
@@ -81,7 +81,7 @@ impl Domain {
     }
 }
 
-/// The arrays among the arguments, of one shape and dtype.
+/// The arrays among the arguments, in one shape and dtype.
 fn views<'py, const N: usize>(
     arguments: &[Argument<'_, 'py>; N],
     arrays: [bool; N],
@@ -95,18 +95,10 @@ fn views<'py, const N: usize>(
     if shapes.any(|shape| shape != first) {
         broadcast(arguments[0].2.py(), &mut found)?;
     }
+    promote(&mut found)?;
     let mut views: [Option<Floats<'py>>; N] = [const { None }; N];
-    let mut dtype = None;
     for (i, array) in found.into_iter().enumerate() {
-        let Some(array) = array else { continue };
-        let Argument(name, ..) = arguments[i];
-        let view = Floats::view(name, array)?;
-        let (first, expected) = *dtype.get_or_insert((name, view.dtype()));
-        if view.dtype() != expected {
-            let got = view.dtype();
-            return Err(PyTypeError::new_err(format!("{name} must have the dtype of {first}, {expected}, got {got}")));
-        }
-        views[i] = Some(view);
+        views[i] = array.map(|array| Floats::view(arguments[i].0, array)).transpose()?;
     }
     Ok(views)
 }

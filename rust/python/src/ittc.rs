@@ -1,11 +1,14 @@
 //! The bare formula.
 
-use crate::array::{Floats, Numbers, as_array, outputs};
+use crate::array::{Floats, Numbers, as_array, outputs, promote};
 use crate::util;
 use crate::util::run::{level, release};
 use crate::util::value_error;
+use numpy::{PyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use ttc_fast_core::column::{ColumnMut, Table, TableMut};
 use ttc_fast_core::ittc::{Rate, Speeds};
 use ttc_fast_core::real::Real;
@@ -16,31 +19,33 @@ use ttc_fast_core::real::Real;
 ///
 /// Parameters
 /// ----------
-/// ranges : ndarray, float32 or float64, shape (N,) or (B, N)
-///     Distances, m; read in place, whatever the stride and alignment. +inf is free space (result inf), -inf an object
-///     too near to measure (contact), NaN and negative numbers are invalid (result inf).
-/// closing_speed : float, or ndarray of the dtype and shape of ``ranges``
+/// ranges : float, or array_like of float32 or float64, shape (N,) or (B, N)
+///     Distances, m. Arrays are read in place, whatever the stride and alignment; lists and tuples are copied. +inf is
+///     free space (result inf), -inf an object too near to measure (contact), NaN and negative numbers are invalid
+///     (result inf).
+/// closing_speed : float, or array_like that broadcasts to the shape of ``ranges``
 ///     Speed at which the distance shrinks, m/s, positive when approaching. Non-finite elements are invalid.
-/// range_rate : float, or ndarray of the dtype and shape of ``ranges``
+/// range_rate : float, or array_like that broadcasts to the shape of ``ranges``
 ///     dr/dt, m/s, positive when opening: the negative of ``closing_speed``.
 /// min_closing_speed : float
 ///     Closing at or below this, m/s, is not closing.
-/// out : ndarray of the dtype and shape of ``ranges``, optional
+/// out : ndarray of the dtype and shape of the result, optional
 ///     Where to write the result. May be ``ranges`` itself.
-/// status_out : uint8 ndarray of the shape of ``ranges``, optional
+/// status_out : uint8 ndarray of the shape of the result, optional
 ///     Where to write the ``Status`` of each element.
 ///
 /// Returns
 /// -------
-/// ndarray
-///     Seconds, in [0, inf], of the dtype and shape of ``ranges``; ``out`` if given.
+/// ndarray or float
+///     Seconds, in [0, inf]; ``out`` if given. Two numbers give a float, arrays an array of their dtype. Where float32
+///     and float64 meet, the result is float64, and what was float32 is copied.
 ///
 /// Raises
 /// ------
 /// TypeError
 ///     If an array has another dtype, or not exactly one rate is given.
 /// ValueError
-///     If shapes differ, or a number is not finite.
+///     If the shapes do not go together, or a number is not finite.
 ///
 /// Notes
 /// -----
@@ -51,23 +56,37 @@ use ttc_fast_core::real::Real;
 /// A wall 10 m ahead at 5 m/s; then the same while reversing.
 ///
 /// >>> import numpy as np, ttc_fast
-/// >>> ttc_fast.ittc(np.array([10.0]), closing_speed=5.0)
-/// array([2.])
-/// >>> ttc_fast.ittc(np.array([10.0]), closing_speed=-5.0)
-/// array([inf])
-/// >>> ttc_fast.ittc(np.array([10.0]), range_rate=-5.0)
-/// array([2.])
+/// >>> ttc_fast.ittc(10.0, range_rate=-5.0)
+/// 2.0
+/// >>> ttc_fast.ittc(10.0, range_rate=5.0)
+/// inf
+///
+/// A scan, with the range rate of each beam.
+///
+/// >>> angles = np.array([0.0, np.pi / 3, np.pi])
+/// >>> ttc_fast.ittc(np.full(3, 10.0, np.float32), range_rate=-5.0 * np.cos(angles))
+/// array([ 2.,  4., inf])
 #[pyfunction]
-#[pyo3(signature = (ranges, *, closing_speed=None, range_rate=None, min_closing_speed=0.0, out=None, status_out=None))]
+#[pyo3(
+    signature = (ranges, *unnamed, closing_speed=None, range_rate=None, min_closing_speed=0.0, out=None, status_out=None),
+    text_signature = "(ranges, *, closing_speed=None, range_rate=None, min_closing_speed=0.0, out=None, status_out=None)"
+)]
 pub fn ittc<'py>(
-    py: Python<'py>,
     ranges: &Bound<'py, PyAny>,
+    unnamed: &Bound<'py, PyTuple>,
     closing_speed: Option<&Bound<'py, PyAny>>,
     range_rate: Option<&Bound<'py, PyAny>>,
     min_closing_speed: f64,
     out: Option<&Bound<'py, PyAny>>,
     status_out: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let py = ranges.py();
+    if !unnamed.is_empty() {
+        return Err(PyTypeError::new_err(
+            "ittc takes the rate by name, because its sign depends on it: closing_speed= is positive when approaching, \
+             range_rate= (r_dot) is positive when opening",
+        ));
+    }
     let rate = match (closing_speed, range_rate) {
         (Some(speed), None) => Rate::ClosingSpeed(speed),
         (None, Some(rate)) => Rate::RangeRate(rate),
@@ -81,12 +100,26 @@ pub fn ittc<'py>(
         Rate::ClosingSpeed(speeds) => ("closing_speed", *speeds),
         Rate::RangeRate(speeds) => ("range_rate", *speeds),
     };
-    let array = as_array("ranges", ranges)?;
     let number = util::number(name, speeds).ok();
-    let ranges = Floats::view("ranges", array)?;
-    let speeds = match number {
-        Some(speed) => Speed::same(name, speed, &ranges)?,
-        None => Speed::each(name, speeds, &ranges)?,
+    if !ranges.cast_exact::<PyUntypedArray>().is_ok_and(|ranges| ranges.ndim() > 0)
+        && let Ok(range) = util::number("ranges", ranges)
+    {
+        return of_one_range(py, range, number, rate, min_closing_speed, out, status_out);
+    }
+    let mut arrays = [Some(as_array("ranges", ranges)?), None];
+    if number.is_none() {
+        let speeds = as_array(name, speeds)?;
+        let shape = arrays.iter().flatten().map(PyUntypedArrayMethods::shape).next();
+        let fits = shape == Some(speeds.shape());
+        arrays[1] = Some(if fits { speeds } else { stretched(name, &speeds, shape.unwrap_or(&[]))? });
+        promote(&mut arrays)?;
+    }
+    let [Some(ranges), speeds] = arrays else { unreachable!("there are ranges") };
+    let ranges = Floats::view("ranges", ranges)?;
+    let speeds = match (number, speeds) {
+        (Some(speed), _) => Speed::same(name, speed, &ranges)?,
+        (None, Some(speeds)) => Speed::Each(Floats::view(name, speeds)?),
+        (None, None) => unreachable!("a rate is a number or an array"),
     };
     let (out, status) = outputs(&ranges, out, status_out)?;
     if let Speed::Each(speeds) = &speeds {
@@ -97,18 +130,69 @@ pub fn ittc<'py>(
         }
     }
     let job = (rate, min_closing_speed, status);
-    let wrong_dtype = || PyTypeError::new_err(format!("{name} must have the dtype of ranges, {}", ranges.dtype()));
     match ranges.numbers() {
         Numbers::Single(table) => {
-            let speeds = speeds.table(Numbers::single).ok_or_else(wrong_dtype)?;
+            let speeds = speeds.table(Numbers::single).expect("both have one dtype");
             run(py, &table, &speeds, job, ranges.output("out", &out)?)?;
         }
         Numbers::Double(table) => {
-            let speeds = speeds.table(Numbers::double).ok_or_else(wrong_dtype)?;
+            let speeds = speeds.table(Numbers::double).expect("both have one dtype");
             run(py, &table, &speeds, job, ranges.output("out", &out)?)?;
         }
     }
     Ok(out)
+}
+
+/// The iTTC of one range: a float for one rate, an array for an array of rates.
+#[cold]
+fn of_one_range<'py>(
+    py: Python<'py>,
+    range: f64,
+    number: Option<f64>,
+    rate: Rate<&Bound<'py, PyAny>>,
+    min_closing_speed: f64,
+    out: Option<&Bound<'py, PyAny>>,
+    status_out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (closing_speed, range_rate) = match rate {
+        Rate::ClosingSpeed(speeds) => (Some(speeds), None),
+        Rate::RangeRate(speeds) => (None, Some(speeds)),
+    };
+    let ranges = match (number, closing_speed, range_rate) {
+        (Some(_), ..) => PyArray1::from_slice(py, &[range]).into_any(),
+        (None, Some(rates), _) => full_like("closing_speed", rates, range)?,
+        (None, None, rates) => full_like("range_rate", rates.expect("one of the two is given"), range)?,
+    };
+    if number.is_some() && (out.is_some() || status_out.is_some()) {
+        return Err(PyTypeError::new_err("out and status_out are for arrays; the range and its rate are numbers"));
+    }
+    let ttc = ittc(&ranges, &PyTuple::empty(py), closing_speed, range_rate, min_closing_speed, out, status_out)?;
+    if number.is_some() { ttc.call_method0("item") } else { Ok(ttc) }
+}
+
+/// An array of one range for each of the rates, in their dtype.
+fn full_like<'py>(argument: &str, rates: &Bound<'py, PyAny>, range: f64) -> PyResult<Bound<'py, PyAny>> {
+    let rates = Floats::view(argument, as_array(argument, rates)?)?;
+    let numpy = rates.array().py().import(intern!(rates.array().py(), "numpy"))?;
+    numpy.call_method1(intern!(numpy.py(), "full_like"), (rates.array(), range))
+}
+
+/// The rates with the shape of the ranges, where NumPy would broadcast them to it: the same rates for every scan.
+#[cold]
+fn stretched<'py>(
+    argument: &str,
+    rates: &Bound<'py, PyUntypedArray>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let numpy = rates.py().import(intern!(rates.py(), "numpy"))?;
+    let same = numpy.call_method1(intern!(numpy.py(), "broadcast_to"), (rates, shape.to_vec()));
+    let got = rates.shape();
+    same.map_err(|_| {
+        let problem = format!("{argument} must be a number or broadcast to the shape {shape:?} of ranges, got {got:?}");
+        PyValueError::new_err(problem)
+    })?
+    .cast_into()
+    .map_err(PyErr::from)
 }
 
 /// A rate as it came: one number, or an array like the ranges.
@@ -124,17 +208,6 @@ impl<'py> Speed<'py> {
         }
         let problem = format!("{argument} must be a finite number in the dtype of ranges, got {speed:?}");
         Err(PyValueError::new_err(problem))
-    }
-
-    fn each(argument: &str, object: &Bound<'py, PyAny>, ranges: &Floats<'py>) -> PyResult<Self> {
-        let speeds = Floats::view(argument, as_array(argument, object)?)?;
-        if speeds.shape() != ranges.shape() {
-            let (expected, got) = (ranges.shape(), speeds.shape());
-            return Err(PyValueError::new_err(format!(
-                "{argument} must be a number or have the shape {expected:?} of ranges, got {got:?}"
-            )));
-        }
-        Ok(Speed::Each(speeds))
     }
 
     /// The rate in the type of the ranges, unless the array is of another.

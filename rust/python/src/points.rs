@@ -1,6 +1,6 @@
 //! Point clouds and positions in a picture from Python, in place, whatever their layout.
 
-use crate::array::{Element, as_array, columns, grid, is_records, refuse_masked, wrong_dtype};
+use crate::array::{Element, as_array, columns, grid, is_array_like, is_records, wrong_dtype};
 use crate::macros::{ByType, for_each_type};
 use crate::util::{type_name, value_error};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
@@ -262,16 +262,14 @@ fn unlike_columns(argument: &str, xyz: [&Array<'_>; 3]) -> PyErr {
 }
 
 fn array<'py>(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-    if object.cast_exact::<PyUntypedArray>().is_err() && object.cast::<PyUntypedArray>().is_ok() {
-        refuse_masked(argument, object)?;
+    if object.cast::<PyUntypedArray>().is_ok() || is_array_like(object)? {
+        return as_array(argument, object);
     }
-    object.cast::<PyUntypedArray>().cloned().map_err(|_| {
-        PyTypeError::new_err(format!(
-            "{argument} must be a numpy array of points, or a tuple of arrays (x, y, z[, intensity]), got {}; \
-             from_pointcloud2 reads a ROS message",
-            type_name(object)
-        ))
-    })
+    Err(PyTypeError::new_err(format!(
+        "{argument} must be a numpy array of points, or a tuple of arrays (x, y, z[, intensity]), got {}; \
+         from_pointcloud2 reads a ROS message",
+        type_name(object)
+    )))
 }
 
 fn points<'a, T: Real>(xyz: [Table<'a, T>; 3], intensity: Option<Intensity<'a>>) -> PyResult<Points<'a, T>> {

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ttc_fast.reference.arguments import as_array
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -27,12 +29,7 @@ def matches(previous: Any, current: Any) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def _positions(argument: str, points: Any) -> NDArray[Any]:
-    if not isinstance(points, np.ndarray):
-        try:
-            points = memoryview(points)
-        except TypeError:
-            raise TypeError(f"{argument} must be a numpy array or a buffer, got {type(points).__name__}") from None
-    array: NDArray[Any] = np.asarray(points)
+    array = as_array(argument, points)
     if array.ndim == 3 and array.shape[1] == 1:
         array = array[:, 0]
     if array.ndim != 2 or array.shape[1] != 2:
