@@ -110,7 +110,7 @@ def test_a_gate_that_holds_the_vehicle_is_said(tmp_path: Path) -> None:
     replay = without_the_vehicle(tmp_path / "bare.npz", gate={"x": (0.0, math.inf)})
     (line,) = replay.summary.odd
     assert line.startswith("the gate holds the vehicle itself, ")
-    assert "--front-offset" in line
+    assert "the option front_offset" in line
     assert replay.summary.assumed == ""
 
 
@@ -259,7 +259,7 @@ def test_a_configured_gate_is_kept_but_for_what_is_said() -> None:
 
 
 def test_a_lidar_of_unknown_height_is_asked_for(data: Path) -> None:
-    with pytest.raises(ConfigurationError, match="--sensor-height"):
+    with pytest.raises(ConfigurationError, match="the option sensor_height"):
         Replay(data / "clouds" / "nebula_vlp16.pcd")
 
 

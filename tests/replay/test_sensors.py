@@ -227,7 +227,7 @@ def test_two_clocks_that_cannot_be_compared_are_named_and_one_is_chosen(ahead: f
     ]
     rows, _, lost = replayed(tmp_path / "a", items)
     assert all(math.isnan(row.speed) for row in rows)
-    assert "two clocks that cannot be compared; the option clock says recorded" in lost
+    assert "two clocks that cannot be compared; the option clock='recorded' takes" in lost
     rows, log, lost = replayed(tmp_path / "b", items, clock="recorded")
     assert [row.speed for row in rows] == [1.0] * 60
     assert (lost, log.log.clock) == ("", "times of recording, as chosen")
@@ -255,7 +255,7 @@ def test_stamps_that_stand_still_are_no_silence(tmp_path: Path, capsys: pytest.C
 def test_the_command_names_two_sensors_and_ends_with_a_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = write(tmp_path, "mcap", approach(frame=lambda i: "rear" if i % 2 else "front"))
     assert main(["replay", str(path), "--outline", *map(str, OUTLINE)]) not in (0, PARTIAL)
-    assert "choose one with the option frame" in capsys.readouterr().err
+    assert "choose one with --frame" in capsys.readouterr().err
 
 
 # Static transforms

@@ -121,7 +121,8 @@ class ThreatAssessment:
             if criterion.needs is Needs.PATH and not self.has_path:
                 raise ValueError(f"{criterion.name} needs an outline: give one to the scan, or give a path")
             if criterion.needs is Needs.BEAMS and self.scan is None:
-                raise ValueError(f"{criterion.name} needs a scan: it evaluates beams")
+                instead = "use EstimateThreshold for what a tracker follows"
+                raise ValueError(f"{criterion.name} needs a scan: it evaluates beams; {instead}")
         needs = {criterion.needs for criterion in criteria}
         self._needs_path = self.has_path and not needs.isdisjoint({Needs.PATH, Needs.NEAREST})
         # Every scan is assessed in one way at least, so that a blind scanner is noticed by a controller of estimates.

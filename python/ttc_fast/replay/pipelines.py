@@ -18,6 +18,7 @@ import numpy as np
 from ttc_fast._core import CloudTracker, DistanceTracker, Minimum, SweptPath, robust_min_x
 from ttc_fast._settings import option
 from ttc_fast.brake import Estimate, Motion
+from ttc_fast.brake.types import Needs
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import forward_left_up
 from ttc_fast.replay.controller import ReplayController, motion_of
@@ -172,7 +173,7 @@ class Clouds:
     rated: ClassVar[bool] = False
 
     def __init__(self, log: CloudLog, settings: Settings) -> None:
-        self._configuration = settings.configured()
+        self._settings = settings
         scanner = settings.of_scanner
         recorded = getattr(log, "mount", None) or (0.0, 0.0, 0.0)
         self.outline, self.mount = scanner.get("outline"), tuple(scanner.get("mount", recorded))
@@ -184,28 +185,38 @@ class Clouds:
             x, y, yaw = self.mount
             self.about.insert(0, ("lidar", f"at x {x:g} m, y {y:g} m, yaw {yaw:g} rad, {mounted}"))
         assumes = self.lidar.vehicle_reach is None and not settings.says_where_gate_begins
-        self.assumed = assumed_reach(self.lidar) if assumes else ""
+        self._reach = assumed_reach(self.lidar) if assumes else ""
         self._within: Gate | None = None
         if assumes and self.lidar.own_reach > 0.0:
             self._within = settings.gate_within(self.lidar)
         self._own_frames, self._own_distance = 0, math.nan
         self.path: SweptPath | None = None
+        if self.outline is not None:
+            try:
+                self.path = SweptPath(self.outline)
+            except (ValueError, TypeError) as error:
+                raise ConfigurationError(f"outline: {error}") from None
         self._begin_tracking()
-        self.controller = ReplayController(self._configuration)
+        self._begin_to_brake()
 
     def _begin_tracking(self) -> None:
         self._tracker = CloudTracker(self.gate, front_offset=self.lidar.front_offset)
         self._near = None if self._within is None else CloudTracker(self._within)
 
+    def _begin_to_brake(self) -> None:
+        configuration, instead = self._settings.for_estimates(path=self.path is not None)
+        if self.path is None and self.outline is not None:
+            for each in configuration.criteria or ():
+                if each.needs is Needs.PATH:
+                    raise ConfigurationError(f"{each.name} needs the speed: {option('speed')} says it")
+        self.assumed = "; ".join(filter(None, (self._reach, instead)))
+        self.controller = ReplayController(configuration, path=self.path)
+
     def begin(self, frame: CloudFrame) -> None:
         """Take the first frame into account: with an outline and a speed, points on the path are assessed as well."""
-        if self.outline is None or frame.speed is None:
-            return
-        try:
-            self.path = SweptPath(self.outline)
-        except (ValueError, TypeError) as error:
-            raise ConfigurationError(f"outline: {error}") from None
-        self.controller = ReplayController(self._configuration, path=self.path)
+        if self.path is not None and frame.speed is None:
+            self.path = None
+            self._begin_to_brake()
 
     def row(self, number: int, frame: CloudFrame) -> Row:
         """Return the row of a frame."""
@@ -270,7 +281,6 @@ class Distances:
 
     name: ClassVar[str] = "a table of distances"
     uses: ClassVar[tuple[str, ...]] = ()
-    assumed: ClassVar[str] = ""
     odd: ClassVar[tuple[str, ...]] = ()
     outline: ClassVar[None] = None
     rated: ClassVar[bool] = False
@@ -278,7 +288,8 @@ class Distances:
     def __init__(self, log: DistanceLog, settings: Settings) -> None:
         self.about = [("distance", f"column {log.column}, in {log.unit}")]
         self._tracker = DistanceTracker()
-        self.controller = ReplayController(settings.configured())
+        configuration, self.assumed = settings.for_estimates(path=False)
+        self.controller = ReplayController(configuration)
 
     def begin(self, frame: DistanceFrame) -> None:
         """Do nothing: the first frame of a table decides nothing."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.brake import Reason
+from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
 from ttc_fast.logs.ros import BagScans
 from ttc_fast.replay.pipelines import Clouds, Distances, Scans
@@ -190,11 +191,16 @@ class Replay:
             kind = Clouds
         settings.refuse_useless(self.log.path, kind.name, kind.uses)
         self.pipeline: Any = kind(self.log, settings)
-        self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
-        self.summary = Summary(str(self.log.path), self.threshold, settings.sensor_timeout)
-        self.summary.assumed = "; ".join(filter(None, (self.log.assumed, self.pipeline.assumed)))
+        self.summary = Summary(str(self.log.path), TTC_THRESHOLD, settings.sensor_timeout)
+        self._take_criteria()
         self.series = Series()
         self.key_frame: tuple[Row, Any] | None = None
+
+    def _take_criteria(self) -> None:
+        """Note by which criteria the pipeline decides."""
+        self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
+        self.summary.threshold = self.threshold
+        self.summary.assumed = "; ".join(filter(None, (self.log.assumed, self.pipeline.assumed)))
 
     def __iter__(self) -> Iterator[Row]:
         pipeline, summary, series = self.pipeline, self.summary, self.series
@@ -204,6 +210,7 @@ class Replay:
             for number, each in enumerate(self.log):
                 if number == 0:
                     pipeline.begin(each)
+                    self._take_criteria()
                 before, frame = frame, each
                 row = row_of(number, frame)
                 key_frame = take(row)
@@ -213,6 +220,8 @@ class Replay:
                 yield row
         except LogError as error:
             summary.lost = str(error)
+            raise
+        except ConfigurationError:
             raise
         except ValueError as error:  # such as a gate that bounds an intensity that the clouds lack
             why = "; ".join([str(error), *_fields(frame), *self._odd()])

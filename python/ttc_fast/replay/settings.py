@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import Gate
 from ttc_fast._settings import option
+from ttc_fast.brake import EstimateThreshold
+from ttc_fast.brake.criteria import TtcThreshold
 from ttc_fast.brake.settings import BrakeSettings
+from ttc_fast.brake.types import Needs
 from ttc_fast.configuration import Configuration, ConfigurationError
 from ttc_fast.logs import LogError
 
@@ -22,6 +25,7 @@ if TYPE_CHECKING:
 SCANNER = ("range_min", "range_max", "mount", "outline")
 GATE = ("x", "y", "z", "intensity")
 GATE_OPTIONS = tuple(f"gate_{name}" for name in GATE)
+NEEDED = {Needs.BEAMS: "a scan", Needs.PATH: "a scan, or a cloud with an outline and a speed"}
 LANE = (-2.0, 2.0)  # m, left of the sensor
 
 
@@ -91,6 +95,28 @@ class Settings:
         """Return the configuration with the options that win over it."""
         criteria = self.criteria or self.configuration.criteria or None
         return replace(self.configuration, scan=self.of_scanner, criteria=criteria)
+
+    def for_estimates(self, *, path: bool) -> tuple[Configuration, str]:
+        """Return the configuration for a log without scans, and what was done to the criteria of a file, for people.
+
+        A criterion of a file that such a log cannot evaluate is not left out in silence: an ``EstimateThreshold`` of
+        the same threshold takes its place, unless the file has one. ``path`` says whether there is an outline and a
+        speed. Criteria that are given otherwise hold as they are.
+        """
+        configured = self.configured()
+        criteria = None if self.criteria else configured.criteria
+        out = [each for each in criteria or () if each.needs is Needs.BEAMS or (each.needs is Needs.PATH and not path)]
+        if not out or criteria is None:
+            return configured, ""
+        thresholds = [each.threshold for each in out if isinstance(each, TtcThreshold)]
+        kept: list[Criterion] = [each for each in criteria if each not in out]
+        said = " and ".join(f"{each} of the file needs {NEEDED[each.needs]}" for each in out)
+        if thresholds and not any(isinstance(each, EstimateThreshold) for each in kept):
+            kept.insert(0, EstimateThreshold(max(thresholds)))
+            return replace(configured, criteria=tuple(kept)), f"{said}: {kept[0]} takes its place here"
+        if not kept:
+            raise ConfigurationError(f"{said}, and there is no other criterion; add an EstimateThreshold to the file")
+        return replace(configured, criteria=tuple(kept)), f"{said}: it is left out here"
 
     @property
     def says_where_gate_begins(self) -> bool:
