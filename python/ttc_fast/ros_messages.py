@@ -105,6 +105,25 @@ class Transform(NamedTuple):
     rotation: tuple[float, float, float, float]
 
 
+class Commanded(NamedTuple):
+    """What a driver or planner asks for.
+
+    Attributes
+    ----------
+    speed, lateral_speed : float
+        Forward and to the left, m/s.
+    yaw_rate : float
+        Counter-clockwise, rad/s.
+    steering_angle : float
+        The angle of the front wheels, to the left, rad.
+    """
+
+    speed: float
+    lateral_speed: float = 0.0
+    yaw_rate: float = 0.0
+    steering_angle: float = 0.0
+
+
 class Encoding:
     """The encoding of a message: the order of its bytes, and the alignment of its numbers.
 
@@ -297,6 +316,52 @@ def float32(buffer: Any, start: int = 0, end: int | None = None, *, encoding: En
 def float64(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> float:
     """Read a serialised std_msgs/Float64; it takes and raises what ``laser_scan`` does."""
     return _number("d", buffer, start, end, encoding)
+
+
+def boolean(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> bool:
+    """Read a serialised std_msgs/Bool; it takes and raises what ``laser_scan`` does."""
+    return bool(_number("B", buffer, start, end, encoding))
+
+
+def buttons(
+    buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR
+) -> NDArray[np.signedinteger[Any]]:
+    """Read the buttons of a serialised sensor_msgs/Joy; it takes and raises what ``laser_scan`` does."""
+    if end is None:
+        end = len(buffer)
+    encoding = encoding.of(buffer, start, end)
+    _, _, at = _header(buffer, start, end, encoding)
+    axes, at = _count(buffer, at, start, end, encoding)
+    if axes * 4 > end - at:
+        raise MessageError(f"is cut short: {axes} axes need {axes * 4} bytes, {end - at} are left")
+    count, at = _count(buffer, at + axes * 4, start, end, encoding)
+    if count * 4 > end - at:
+        raise MessageError(f"is cut short: {count} buttons need {count * 4} bytes, {end - at} are left")
+    return np.frombuffer(buffer, "<i4" if encoding.native else ">i4", count, at)
+
+
+def ackermann(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> Commanded:
+    """Read a serialised ackermann_msgs/AckermannDriveStamped; it takes and raises what ``laser_scan`` does."""
+    if end is None:
+        end = len(buffer)
+    encoding = encoding.of(buffer, start, end)
+    _, _, at = _header(buffer, start, end, encoding)
+    if at + 20 > end:
+        raise _short("AckermannDriveStamped", at + 20 - start, end - start)
+    steering_angle, _, speed, _, _ = struct.unpack_from("<5f" if encoding.native else ">5f", buffer, at)
+    return Commanded(speed, steering_angle=steering_angle)
+
+
+def twist(buffer: Any, start: int = 0, end: int | None = None, *, encoding: Encoding = CDR) -> Commanded:
+    """Read a serialised geometry_msgs/Twist; it takes and raises what ``laser_scan`` does."""
+    if end is None:
+        end = len(buffer)
+    encoding = encoding.of(buffer, start, end)
+    at = start + (4 if encoding.align else 0)
+    if at + 48 > end:
+        raise _short("Twist", at + 48 - start, end - start)
+    forward, left, _, _, _, yaw_rate = struct.unpack_from("<6d" if encoding.native else ">6d", buffer, at)
+    return Commanded(forward, left, yaw_rate)
 
 
 def _number(form: str, buffer: Any, start: int, end: int | None, encoding: Encoding) -> float:

@@ -164,11 +164,13 @@ def test_the_files_of_the_ros_package_name_the_units(name: str) -> None:
 
 def test_launch_files_rename_the_topics_that_the_node_has() -> None:
     topics = {each.default for each in parameters_of_node() if each.name in ("scan_topic", "drive_topic")}
-    topics.add(NodeSettings.odom_topics[0])
+    topics |= {NodeSettings.odom_topics[0], NodeSettings(mux=True).driver_topic}
     ros1 = (PACKAGE / "launch" / "brake.launch").read_text(encoding="utf-8")
     assert set(re.findall(r'<remap from="([^"]+)" to="\$\(arg \w+\)"', ros1)) == topics
     assert {
-        default for name, default in re.findall(r'<arg name="(\w+)" default="([^"]+)"', ros1) if name != "config"
+        default
+        for name, default in re.findall(r'<arg name="(\w+)" default="([^"]+)"', ros1)
+        if name not in ("config", "ns")
     } == topics
     ros2 = (PACKAGE / "launch" / "brake.launch.py").read_text(encoding="utf-8")
     (listed,) = re.findall(r"^TOPICS = \((.*)\)$", ros2, re.MULTILINE)

@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-import json
-import os
-import shutil
-import signal
-import socket
-import subprocess
-import sys
-import threading
 import time
-from contextlib import closing
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from tests.support.bags import Odom, Scan, write
+from tests.support.ros1_graph import MISSING, PATIENCE, Ros1Graph, kill
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
+    from pathlib import Path
 
-MISSING = [name for name in ("rosmaster", "rosbag") if shutil.which(name) is None]
 pytest.importorskip("rospy", reason="needs rospy: make ros1 installs it on Debian and Ubuntu")
 if MISSING:
     pytest.skip(f"needs {' and '.join(MISSING)}: make ros1 installs them", allow_module_level=True)
 
-PEER = Path(__file__).parents[1] / "support" / "ros1_peer.py"
 THRESHOLD, SPEED = 1.5, 4.0
 AT_ONCE = f"""\
 ttc_threshold = {THRESHOLD}
@@ -40,106 +30,11 @@ release = [1, 1]
 release_at = 1.0
 hold = 0.0
 """
-PATIENCE = 15.0
-"""s that something may take on a busy machine; nothing is measured."""
-
-
-class Graph:
-    """The processes of a graph on the loopback."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        with closing(socket.socket()) as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
-        self.uri = f"http://127.0.0.1:{self.port}"
-        self.environment = {
-            **os.environ,
-            "ROS_MASTER_URI": self.uri,
-            "ROS_IP": "127.0.0.1",
-            "ROS_HOME": str(folder),
-            "PYTHONUNBUFFERED": "1",
-        }
-        self.running: list[subprocess.Popen[str]] = []
-        self.readers: list[threading.Thread] = []
-        self.heard: list[Any] = []
-
-    def start(self, *command: str, output: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
-        log = (self.folder / f"{len(self.running)}-{Path(command[0]).name}.log").open("w")
-        with log:
-            process = subprocess.Popen(
-                command, env=self.environment, stdout=output, stderr=log, text=True, start_new_session=True
-            )
-        self.running.append(process)
-        return process
-
-    def peer(self, *arguments: str, output: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
-        return self.start(sys.executable, str(PEER), *arguments, output=output)
-
-    def master(self) -> subprocess.Popen[str]:
-        process = self.start("rosmaster", "--core", "-p", str(self.port))
-
-        def answers() -> bool:
-            with closing(socket.socket()) as probe:
-                return probe.connect_ex(("127.0.0.1", self.port)) == 0
-
-        until(answers)
-        return process
-
-    def node(self, settings: str, *arguments: str) -> subprocess.Popen[str]:
-        config = self.folder / "brake.toml"
-        config.write_text(settings)
-        return self.start(
-            sys.executable, "-m", "ttc_fast.cli", "node", "--ros1", "--config", str(config), "--", *arguments
-        )
-
-    def listen(self) -> None:
-        process = self.peer("listen", output=subprocess.PIPE)
-
-        def read() -> None:
-            assert process.stdout is not None
-            with process.stdout as lines:
-                for line in lines:
-                    if line.startswith("["):  # rospy prints as well
-                        self.heard.append(json.loads(line))
-
-        self.readers.append(threading.Thread(target=read, daemon=True))
-        self.readers[-1].start()
-
-    def said(self, kind: str) -> list[Any]:
-        return [values[0] if len(values) == 1 else values for name, *values in list(self.heard) if name == kind]
-
-    def brakes(self, expected: bool) -> None:
-        """Wait until the node says so, from now on."""
-        self.heard.clear()
-        until(lambda: self.said("brake")[-3:] == [expected] * 3)
-
-    def end(self) -> None:
-        for process in reversed(self.running):
-            kill(process)
-        for reader in self.readers:
-            reader.join()
-
-    def logs(self) -> str:
-        return "\n".join(f"{path.name}: {path.read_text()[-1500:]}" for path in sorted(self.folder.glob("*.log")))
-
-
-def kill(process: subprocess.Popen[str]) -> None:
-    if process.poll() is None:
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-
-
-def until(holds: Callable[[], object]) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not holds():
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.01)
 
 
 @pytest.fixture
-def graph(tmp_path: Path) -> Iterator[Graph]:
-    graph = Graph(tmp_path)
+def graph(tmp_path: Path) -> Iterator[Ros1Graph]:
+    graph = Ros1Graph(tmp_path)
     try:
         graph.master()
         yield graph
@@ -149,7 +44,7 @@ def graph(tmp_path: Path) -> Iterator[Graph]:
 
 
 @pytest.mark.parametrize(("setting", "asked"), [("brake_speed = 0.0", 0.0), ("brake_speed = 0.5", 0.5)])
-def test_a_thousand_scans(graph: Graph, setting: str, asked: float) -> None:
+def test_a_thousand_scans(graph: Ros1Graph, setting: str, asked: float) -> None:
     """Every decision is that of the bare rule: the range over the speed, below the threshold."""
     rng = np.random.default_rng(8)
     distances = np.where(rng.random(1000) < 0.5, rng.uniform(0.5, 5.9, 1000), rng.uniform(7.0, 20.0, 1000))
@@ -166,7 +61,7 @@ def test_a_thousand_scans(graph: Graph, setting: str, asked: float) -> None:
     assert len(graph.said("drive")) <= sum(expected) + 1
 
 
-def test_sources_that_are_killed_and_started_again(graph: Graph) -> None:
+def test_sources_that_are_killed_and_started_again(graph: Ros1Graph) -> None:
     graph.listen()
     graph.node(f"{AT_ONCE}motion_timeout = 0.3")
     graph.brakes(True)  # nothing comes yet
@@ -179,7 +74,7 @@ def test_sources_that_are_killed_and_started_again(graph: Graph) -> None:
         graph.brakes(False)
 
 
-def test_a_master_that_is_killed_and_started_again(graph: Graph) -> None:
+def test_a_master_that_is_killed_and_started_again(graph: Ros1Graph) -> None:
     graph.listen()
     node = graph.node(AT_ONCE)
     scan, odometry = graph.peer("stream", "/scan", "20"), graph.peer("stream", "/odom", str(SPEED))
@@ -200,7 +95,7 @@ def test_a_master_that_is_killed_and_started_again(graph: Graph) -> None:
     assert node.poll() is None
 
 
-def test_a_node_that_waits_for_the_master(graph: Graph) -> None:
+def test_a_node_that_waits_for_the_master(graph: Ros1Graph) -> None:
     kill(graph.running[0])
     graph.node(AT_ONCE)
     time.sleep(0.5)
@@ -210,7 +105,7 @@ def test_a_node_that_waits_for_the_master(graph: Graph) -> None:
 
 
 @pytest.mark.parametrize("topic", ["/odom", "/speed32"])
-def test_a_speed_topic_that_appears_later(graph: Graph, topic: str) -> None:
+def test_a_speed_topic_that_appears_later(graph: Ros1Graph, topic: str) -> None:
     """Its type is that of whoever publishes it."""
     graph.listen()
     graph.node(f'{AT_ONCE}speed_topic = "{topic}"')
@@ -220,7 +115,7 @@ def test_a_speed_topic_that_appears_later(graph: Graph, topic: str) -> None:
     graph.brakes(False)
 
 
-def test_parameters_and_remappings_of_ros(graph: Graph) -> None:
+def test_parameters_and_remappings_of_ros(graph: Ros1Graph) -> None:
     graph.listen()
     graph.node(AT_ONCE, "_ttc_threshold:=1.0", "odom:=/wheels/odom", "__name:=brake")
     graph.peer("stream", "/scan", "20")  # 1.25 s
@@ -229,13 +124,13 @@ def test_parameters_and_remappings_of_ros(graph: Graph) -> None:
     assert parameter(graph, "getParam", "/brake/ttc_threshold") == 1.0
 
 
-def test_a_parameter_that_cannot_be_used(graph: Graph) -> None:
+def test_a_parameter_that_cannot_be_used(graph: Ros1Graph) -> None:
     node = graph.node(AT_ONCE, "_ttc_treshold:=6.0")
     assert node.wait(PATIENCE) == 2
     assert "no parameter 'ttc_treshold': did you mean ttc_threshold?" in graph.logs()
 
 
-def test_a_bag_that_is_played(graph: Graph) -> None:
+def test_a_bag_that_is_played(graph: Ros1Graph) -> None:
     """A wall comes nearer, at 4 m/s from 20 m: it is 1.5 s away at 6 m, after 3.5 s."""
     times = np.arange(0.0, 5.0, 0.025)
     items: list[Any] = []
@@ -256,7 +151,7 @@ def test_a_bag_that_is_played(graph: Graph) -> None:
     assert all(seen[seen.index(True) :])  # clear before, braking after
 
 
-def parameter(graph: Graph, call: str, *arguments: Any) -> Any:
+def parameter(graph: Ros1Graph, call: str, *arguments: Any) -> Any:
     from xmlrpc.client import ServerProxy
 
     with ServerProxy(graph.uri) as master:

@@ -235,7 +235,7 @@ class RospyHarness(MessageHarness):
 
         class Publisher:
             def __init__(self, topic: str, kind: Any, **_: Any) -> None:
-                self.topic, self.kind = topic, kind
+                self.topic, self.kind = rospy.resolve_name(topic), kind
 
             def publish(self, value: Any) -> None:
                 message = value if isinstance(value, self.kind) else self.kind(value)
@@ -245,7 +245,7 @@ class RospyHarness(MessageHarness):
                 return 1
 
         def subscriber(topic: str, kind: Any, call: Any, **_: Any) -> None:
-            harness.subscriptions[topic] = kind, call
+            harness.subscriptions[rospy.resolve_name(topic)] = kind, call
 
         patch.setattr(rospy, "Publisher", Publisher)
         patch.setattr(rospy, "Subscriber", subscriber)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 import textwrap
+import threading
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,8 +20,8 @@ if TYPE_CHECKING:
 
 SUMMARY = "run the brake as a node of ROS 1 or ROS 2"
 DESCRIPTION = """\
-Subscribe to laser scans (/scan), clouds and odometry (/odom, /vesc/odom), decide when to brake, and publish
-/brake_bool, /drive, /diagnostics and a marker of the cause.
+Subscribe to laser scans (scan), clouds, odometry (odom, vesc/odom) and to what the driver asks for, decide when to
+brake, and publish brake_bool, drive, /diagnostics and a marker of the cause.
 
 FILE holds the node's parameters by their names: as TOML, or as YAML as ROS 1 or ROS 2 have it.
 
@@ -26,7 +29,8 @@ FILE holds the node's parameters by their names: as TOML, or as YAML as ROS 1 or
     ttc_threshold = 0.8     # s
     outline = [-0.1, 0.4, -0.15, 0.15]
 
-Without FILE every parameter has its default. A parameter that ROS gives the node wins. Arguments after -- go to ROS:
+Without FILE every parameter has its default. A parameter that ROS gives the node wins. Arguments after -- go to ROS,
+which --dds has none of:
 
     ttc-fast node --ros1 --config brake.toml -- scan:=/front/scan _hold:=1.0
     ttc-fast node --rclpy -- --ros-args -r scan:=/front/scan
@@ -60,7 +64,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the node until it is shut down."""
     name, remedy = ADAPTERS[arguments.by]
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))  # until the node has a handler of its own
     try:
+        if arguments.by == "dds" and arguments.ros_arguments:
+            given = " ".join(arguments.ros_arguments)
+            raise ConfigurationError(
+                f"--dds takes no arguments of ROS, got {given}: put parameters and [dds] into a file"
+            )
         parameters = read_parameters(arguments.config) if arguments.config else {}
         dds = _dds_settings(parameters.pop("dds", {}))
         settings = NodeSettings.of(parameters)  # a mistake in the settings is said before the node waits for anything

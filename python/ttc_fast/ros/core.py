@@ -17,7 +17,7 @@ from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.brake.state import CLOCK_TOLERANCE
 from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
-from ttc_fast.ros_messages import Transform
+from ttc_fast.ros_messages import Commanded, Transform
 from ttc_fast.sensors.clock import ANOTHER_CLOCK, SET_BACK, Stamps
 from ttc_fast.sensors.frames import MixedError, SensorChoice, frame_of
 from ttc_fast.sensors.oddities import Tally, say_on_console
@@ -26,7 +26,7 @@ from ttc_fast.sensors.scans import Geometry, ScanKernels, ScanReader
 from ttc_fast.sensors.transforms import Transforms, in_vehicle_frame, is_level, is_optical
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -78,6 +78,7 @@ class BrakeNode:
     """
 
     def __init__(self, settings: NodeSettings) -> None:
+        settings = settings.resolved()
         self._dropped, self._odd = Tally(say_on_console), Tally(say_on_console)
         self._scans = ScanReader(settings.scan_topic, self._odd)
         self._controllers: dict[str, BrakeController] = {}
@@ -91,6 +92,7 @@ class BrakeNode:
 
     def change(self, settings: NodeSettings) -> None:
         """Go on with other settings; votes and held brakes stay."""
+        settings = settings.resolved()
         if settings.frame_id != self.settings.frame_id:
             self._sensors = self._choices(settings)
         self.settings = settings
@@ -112,6 +114,8 @@ class BrakeNode:
         self._now = -math.inf
         self._motion: Motion | None = None
         self._unjudged: Motion | None = None
+        self._commanded: Commanded | None = None
+        self._commanded_at = self._override_at = -math.inf
         self._latest: Decision | None = None
         self._source = SCAN
         self._took = self._took_at_most = 0.0
@@ -156,6 +160,42 @@ class BrakeNode:
     def on_speed(self, now: float, speed: float) -> None:
         """Take a bare speed, m/s; it counts as measured when it came."""
         self.on_odometry(now, now, speed)
+
+    def on_commanded(self, now: float, commanded: Commanded, message: Any = None) -> Outputs | None:
+        """Take what the driver or planner asks for, which counts for ``commanded_timeout`` from now.
+
+        With ``mux`` it returns what goes out at once: the driver's message as ``forward``, or a brake.
+        """
+        self._look_at_clock(now)
+        if not all(map(math.isfinite, commanded)):
+            self.dropped(self.settings.commanded_topic, f"is not finite: {commanded}")
+            return None
+        if commanded.steering_angle and not self.settings.wheelbase:
+            why = "it steers, and no wheelbase is set, so the path of what is asked for is taken for straight"
+            self._odd.count(f"{self.settings.commanded_topic}, wheelbase", why)
+        self._commanded, self._commanded_at = commanded, now
+        if not self.settings.mux:
+            return None
+        outputs = self._decide(now)
+        return outputs if outputs.brake else outputs._replace(forward=message)
+
+    def on_override(self, now: float, override: bool) -> None:
+        """Take whether the driver takes over; an override counts for ``override_timeout`` from now."""
+        self._look_at_clock(now)
+        self._override_at = now if override else -math.inf
+
+    def on_buttons(self, now: float, buttons: Sequence[int]) -> None:
+        """Take the buttons of a sensor_msgs/Joy, one of which is that of the override."""
+        button = self.settings.override_button
+        if button < len(buttons):
+            self.on_override(now, bool(buttons[button]))
+        else:
+            why = f"has {len(buttons)} buttons, counted from 0, and override_button is {button}"
+            self.dropped(self.settings.override_topic, why)
+
+    def _asked_for(self, now: float) -> Commanded | None:
+        """Return what the driver asks for, unless it is too old."""
+        return self._commanded if 0.0 <= now - self._commanded_at <= self.settings.commanded_timeout else None
 
     def on_scan(self, now: float, stamp: float, scan: Any) -> Outputs:
         """Take a scan: any object with the fields of sensor_msgs/LaserScan, its ``ranges`` read where they lie."""
@@ -304,13 +344,18 @@ class BrakeNode:
     def _decide(self, now: float, source: str = "", **data: Any) -> Outputs:
         """Update every controller with the time and the motion, one of them with the data; the worst answer counts."""
         motion, self._unjudged = self._unjudged, None
+        asked, steering_angle = self._asked_for(now), 0.0
+        driver: dict[str, Any] = {"override": 0.0 <= now - self._override_at <= self.settings.override_timeout}
+        if asked is not None:
+            steering_angle = asked.steering_angle
+            driver["commanded"] = motion_asked_for(asked, self.settings.wheelbase)
         answers = [
-            (controller.update(now, motion=motion, **(data if name == source else {})), name)
+            (controller.update(now, motion=motion, **driver, **(data if name == source else {})), name)
             for name, controller in self._controllers.items()
         ]
         decision, self._source = max(answers, key=_severity)
         self._latest = decision
-        return Outputs(decision.command is Command.BRAKE, self._drive(decision), decision)
+        return Outputs(decision.command is Command.BRAKE, self._drive(decision), decision, steering_angle)
 
     def _drive(self, decision: Decision) -> Drive | None:
         speed = self._motion.speed if self._motion else 0.0
@@ -335,6 +380,8 @@ class BrakeNode:
         if self._motion is not None and self._motion.stamp is not None:
             values += [("speed", f"{self._motion.speed:.3f} m/s")]
             values += [("age of the speed", f"{now - self._motion.stamp:.4f} s")]
+        if (asked := self._asked_for(now)) is not None:
+            values += [("commanded speed", f"{asked.speed:.3f} m/s")]
         values += [("latency", f"{self._took * 1e6:.0f} us"), ("worst latency", f"{self._took_at_most * 1e6:.0f} us")]
         self._took_at_most = 0.0
         mixed = [f"{sensor.name} {sensor.mixed}" for sensor in self._sensors.values() if sensor.mixed]
@@ -374,7 +421,23 @@ def _severity(answer: tuple[Decision, str]) -> int:
 def _level(decision: Decision) -> int:
     if decision.reason in UNSEEING:
         return ERROR
+    if decision.reason is Reason.OVERRIDE:
+        return WARN
     return OK if decision.command is Command.NONE else WARN
+
+
+def motion_asked_for(commanded: Commanded, wheelbase: float) -> Motion:
+    """Return the motion that a command asks for: a steering angle bends the path as that of a bicycle.
+
+    Examples
+    --------
+    >>> from ttc_fast.ros.core import motion_asked_for
+    >>> from ttc_fast.ros_messages import Commanded
+    >>> round(motion_asked_for(Commanded(2.0, steering_angle=0.4), 0.33).yaw_rate, 3)
+    2.562
+    """
+    bend = math.tan(commanded.steering_angle) / wheelbase if wheelbase else 0.0
+    return Motion(commanded.speed, commanded.yaw_rate + commanded.speed * bend, commanded.lateral_speed)
 
 
 def only_heights(points: Any, low: float, high: float) -> NDArray[np.floating[Any]]:
@@ -425,6 +488,16 @@ def on_transforms(node: BrakeNode, message: Any) -> None:
         rotation = turned.x, turned.y, turned.z, turned.w
         found.append(Transform(each.header.frame_id, each.child_frame_id, (at.x, at.y, at.z), rotation))
     node.on_transforms(found)
+
+
+def of_ackermann(message: Any) -> Commanded:
+    """Return what an ackermann_msgs/AckermannDriveStamped of rospy or rclpy asks for."""
+    return Commanded(message.drive.speed, steering_angle=message.drive.steering_angle)
+
+
+def of_twist(message: Any) -> Commanded:
+    """Return what a geometry_msgs/Twist of rospy or rclpy asks for."""
+    return Commanded(message.linear.x, message.linear.y, message.angular.z)
 
 
 def freeze_heap() -> None:

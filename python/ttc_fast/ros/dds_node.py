@@ -10,11 +10,26 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from cyclonedds.core import DDSException
+
 from ttc_fast.ros.core import BrakeNode, freeze_heap
 from ttc_fast.ros.dds.participant import Participant
 from ttc_fast.ros.dds.types import message, serialized, time_of
 from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
-from ttc_fast.ros_messages import float32, float64, laser_scan, odometry, point_cloud, transforms
+from ttc_fast.ros.settings import SettingError
+from ttc_fast.ros_messages import (
+    MessageError,
+    ackermann,
+    boolean,
+    buttons,
+    float32,
+    float64,
+    laser_scan,
+    odometry,
+    point_cloud,
+    transforms,
+    twist,
+)
 from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
@@ -24,9 +39,10 @@ if TYPE_CHECKING:
     from ttc_fast.ros.dds.settings import DdsSettings
     from ttc_fast.ros.messages import Outputs
     from ttc_fast.ros.settings import NodeSettings
-    from ttc_fast.ros_messages import LaserScan, Odometry, PointCloud2
+    from ttc_fast.ros_messages import Commanded, LaserScan, Odometry, PointCloud2
 
 TRUE_FALSE = {flag: serialized(message("std_msgs/Bool", data=flag)) for flag in (True, False)}
+ACKERMANN = "ackermann_msgs/AckermannDriveStamped"
 MARKER_LIFETIME = 500_000_000
 """ns: a marker fades this long after it was published."""
 
@@ -47,16 +63,16 @@ class DdsNode:
     def __init__(
         self, settings: NodeSettings, dds: DdsSettings | None = None, *, clock: Callable[[], int] = time.time_ns
     ) -> None:
-        self.settings = settings
-        self.core = BrakeNode(settings)
         self.participant = Participant(dds)
+        self.settings = settings = settings.resolved(self.participant.resolved)
+        self.core = BrakeNode(settings)
         self._clock = clock
         self._brake = self._publisher(settings.brake_topic, "std_msgs/Bool")
-        self._drive = self._publisher(settings.drive_topic, "ackermann_msgs/AckermannDriveStamped")
+        self._drive = self._publisher(settings.drive_topic, ACKERMANN)
         self._diagnostics = self._publisher(settings.diagnostics_topic, "diagnostic_msgs/DiagnosticArray")
         self._marker = self._publisher(settings.marker_topic, "visualization_msgs/Marker")
         # Each is made once, and filled again for each answer.
-        self._drive_message = message("ackermann_msgs/AckermannDriveStamped")
+        self._drive_message = message(ACKERMANN)
         lifetime = message("builtin_interfaces/Duration", nanosec=MARKER_LIFETIME)
         self._marker_message = message("visualization_msgs/Marker", lifetime=lifetime)
         self._dropped: dict[Subscription, int] = {}
@@ -112,15 +128,24 @@ class DdsNode:
                 settings.points_topic, "sensor_msgs/PointCloud2", point_cloud, self._on_points, sensor_data=True
             )
         if settings.speed_topic:
-            kinds: dict[str, tuple[Callable[[bytes], Any], Callable[[Any], None]]] = {
+            kinds: dict[str, Any] = {
                 "nav_msgs/Odometry": (odometry, partial(self._on_odometry, settings.speed_topic)),
                 "std_msgs/Float32": (float32, self._on_speed),
                 "std_msgs/Float64": (float64, self._on_speed),
             }
             node.subscribe_by_type(settings.speed_topic, kinds)
-            return
-        for topic in settings.odom_topics:
-            node.subscribe(topic, "nav_msgs/Odometry", odometry, partial(self._on_odometry, topic))
+        for topic in () if settings.speed_topic else settings.odom_topics:
+            take = partial(self._on_odometry, topic)
+            node.subscribe(topic, "nav_msgs/Odometry", odometry, take, sensor_data=True)
+        if settings.mux:
+            driver = settings.commanded_topic, ACKERMANN, forwarded, self._on_forwarded
+            node.subscribe(*driver, sensor_data=True)
+        elif settings.commanded_topic:
+            kinds = {ACKERMANN: (ackermann, self._on_commanded), "geometry_msgs/Twist": (twist, self._on_commanded)}
+            node.subscribe_by_type(settings.commanded_topic, kinds)
+        if settings.override_topic:
+            kinds = {"std_msgs/Bool": (boolean, self._on_override), "sensor_msgs/Joy": (buttons, self._on_buttons)}
+            node.subscribe_by_type(settings.override_topic, kinds)
 
     def _publisher(self, topic: str, name: str) -> Publisher | None:
         return self.participant.publisher(topic, name) if topic else None
@@ -141,12 +166,28 @@ class DdsNode:
     def _on_speed(self, speed: float) -> None:
         self.core.on_speed(self._clock() * 1e-9, speed)
 
+    def _on_commanded(self, commanded: Commanded, message: bytes | None = None) -> None:
+        now = self._clock()
+        if (outputs := self.core.on_commanded(now * 1e-9, commanded, message)) is not None:
+            self._publish(now, outputs)
+
+    def _on_forwarded(self, received: tuple[Commanded, bytes]) -> None:
+        self._on_commanded(*received)
+
+    def _on_override(self, override: bool) -> None:
+        self.core.on_override(self._clock() * 1e-9, override)
+
+    def _on_buttons(self, pressed: Any) -> None:
+        self.core.on_buttons(self._clock() * 1e-9, pressed)
+
     def _publish(self, now: int, outputs: Outputs) -> None:
         if self._brake is not None:
             self._brake.publish(TRUE_FALSE[outputs.brake])
-        frame = self.settings.base_frame
-        if self._drive is not None and outputs.drive is not None:
-            self._drive.publish(serialized(fill_drive(self._drive_message, outputs.drive, time_of(now), frame)))
+        if self._drive is not None and outputs.forward is not None:
+            self._drive.publish(outputs.forward)
+        elif self._drive is not None and outputs.drive is not None:
+            said = time_of(now), self.settings.base_frame, outputs.steering_angle
+            self._drive.publish(serialized(fill_drive(self._drive_message, outputs.drive, *said)))
         if self._marker is not None and self._marker.has_listeners and (cause := self.core.cause()):
             self._marker.publish(serialized(fill_marker(self._marker_message, cause, time_of(now))))
 
@@ -164,8 +205,21 @@ class DdsNode:
         return [(name, str(count)) for name, count in losses if count]
 
 
+def forwarded(cdr: bytes) -> tuple[Commanded, bytes]:
+    """Read an AckermannDriveStamped that goes out as it came, in the encoding that ROS 2 has."""
+    if cdr[:2] != b"\0\1":
+        raise MessageError(f"starts with {cdr[:2].hex()}, and mux forwards XCDR1 of little-endian senders (0001) alone")
+    return ackermann(cdr), cdr
+
+
 def run(settings: NodeSettings, dds: DdsSettings | None = None) -> None:
-    """Run the node until the process is interrupted or ended (SIGINT, SIGTERM)."""
+    """Run the node until the process is interrupted or ended (SIGINT, SIGTERM).
+
+    Raises
+    ------
+    SettingError
+        If Cyclone DDS cannot join the domain, as with a variable CYCLONEDDS_URI that makes no sense.
+    """
     ended = False
 
     def end(*_: Any) -> None:
@@ -174,7 +228,10 @@ def run(settings: NodeSettings, dds: DdsSettings | None = None) -> None:
 
     before = [(each, signal.signal(each, end)) for each in (signal.SIGINT, signal.SIGTERM)]
     try:
-        node = DdsNode(settings, dds)
+        try:
+            node = DdsNode(settings, dds)
+        except DDSException as error:
+            raise SettingError(f"Cyclone DDS cannot join the domain, and its log says why: {error}") from None
         freeze_heap()
         while not ended:
             node.spin()

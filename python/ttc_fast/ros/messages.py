@@ -45,11 +45,17 @@ class Outputs(NamedTuple):
         For ``drive_topic``; None is silence.
     decision : Decision
         The decision from which both come.
+    steering_angle : float
+        The steering angle of ``drive``, rad: what the driver asks for.
+    forward : object or None
+        The driver's message, which goes out on ``drive_topic`` as it came.
     """
 
     brake: bool
     drive: Drive | None
     decision: Decision
+    steering_angle: float = 0.0
+    forward: Any = None
 
 
 class Diagnostics(NamedTuple):
@@ -71,10 +77,11 @@ class Cause(NamedTuple):
     text: str
 
 
-def fill_drive(message: Any, drive: Drive, stamp: Any, frame: str) -> Any:
+def fill_drive(message: Any, drive: Drive, stamp: Any, frame: str, steering_angle: float = 0.0) -> Any:
     """Fill an ackermann_msgs/AckermannDriveStamped."""
     message.header.stamp, message.header.frame_id = stamp, frame
     message.drive.speed, message.drive.acceleration = float(drive.speed), float(drive.acceleration)
+    message.drive.steering_angle = float(steering_angle)
     return message
 
 

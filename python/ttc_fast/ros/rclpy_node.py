@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -10,40 +11,62 @@ import rclpy
 from ackermann_msgs.msg import AckermannDriveStamped
 from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import NameValidationException, ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
-from sensor_msgs.msg import LaserScan, PointCloud2
+from sensor_msgs.msg import Joy, LaserScan, PointCloud2
 from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
 from ttc_fast import ros_messages
-from ttc_fast.ros.core import BrakeNode, freeze_heap, on_transforms
+from ttc_fast.configuration import PARTS
+from ttc_fast.ros.core import BrakeNode, freeze_heap, of_ackermann, of_twist, on_transforms
+from ttc_fast.ros.files import OF_EVERY_NODE
 from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.settings import AT_START, NodeSettings, SettingError, parameters_of_node
 from ttc_fast.ros_messages import yaw_of
 from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from ttc_fast._settings import Setting
     from ttc_fast.ros.messages import Outputs
+    from ttc_fast.ros_messages import Commanded
 
-SPEEDS = {"nav_msgs/msg/Odometry": Odometry, "std_msgs/msg/Float32": Float32, "std_msgs/msg/Float64": Float64}
+REFUSED = (
+    ParameterException,
+    NameValidationException,
+    rclpy_implementation.RCLError,
+    rclpy_implementation.RCLInvalidROSArgsError,
+    rclpy_implementation.UnknownROSArgsError,
+)
+"""What rclpy raises over arguments, names and values that it refuses."""
 
 
 class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
     """Subscriptions, publications and parameters around a core."""
 
     def __init__(self, given: Mapping[str, Any] | None = None, name: str = "ttc_fast") -> None:
-        super().__init__(name)
+        super().__init__(name, automatically_declare_parameters_from_overrides=True)
+        by_ros = {each: _plain(parameter.value) for each, parameter in self.get_parameters_by_prefix("").items()}
+        known = {each.name for each in parameters_of_node()}
+        given = {**(given or {}), **{each: value for each, value in by_ros.items() if each in known}}
         for each in parameters_of_node():
-            self.declare_parameter(each.name, (given or {}).get(each.name, each.plain_default), _descriptor(each))
-        settings = NodeSettings.of(self._parameters_now())
-        self.core = BrakeNode(settings)
+            if each.name in by_ros:  # rclpy declared it, without a description
+                self.undeclare_parameter(each.name)
+            value = given.get(each.name, each.plain_default)
+            self.declare_parameter(each.name, value, _descriptor(each, value), True)
+        self._parts = {name: given[name] for name in PARTS if name in given}
+        self._parts |= {each: by_ros[each] for each in by_ros if each not in known and not _of_every_node(each)}
+        settings = self._settings(self._parameters_now())
+        self.core = BrakeNode(settings.resolved(self.resolve_topic_name))
         self.add_on_set_parameters_callback(self._on_parameters)
         self._brake = self._publisher(Bool, settings.brake_topic)
         self._drive = self._publisher(AckermannDriveStamped, settings.drive_topic)
@@ -53,12 +76,27 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         self._subscribe(PointCloud2, settings.points_topic, self._on_points)
         self._subscribe_to_transforms()
         for topic in () if settings.speed_topic else settings.odom_topics:
-            self._subscribe(Odometry, topic, partial(self._on_odometry, topic))
-        self._speed_is_known = not settings.speed_topic
+            self._subscribe(Odometry, topic, self._odometry_of(topic))
+        of_ackermann_drive = partial(self._on_commanded, of_ackermann)
+        speeds = {Odometry: self._odometry_of(settings.speed_topic), Float32: self._on_speed, Float64: self._on_speed}
+        commands = {AckermannDriveStamped: of_ackermann_drive, Twist: partial(self._on_commanded, of_twist)}
+        if settings.mux:
+            self._subscribe(AckermannDriveStamped, settings.driver_topic, of_ackermann_drive)
+            commands = {}
+        overrides = {Bool: self._on_override, Joy: self._on_buttons}
+        by_type: dict[str, dict[Any, Any]] = {
+            settings.speed_topic: speeds,
+            settings.driver_topic: commands,
+            settings.override_topic: overrides,
+        }
+        self._unknown = {topic: kinds for topic, kinds in by_type.items() if topic and kinds}
         # The timers run in steady time, so that they also act while a simulated clock stands.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(settings.watchdog_period, self.tick, clock=self._steady)
         self.create_timer(settings.diagnostics_period, self.diagnose, clock=self._steady)
+
+    def _settings(self, parameters: Mapping[str, Any]) -> NodeSettings:
+        return NodeSettings.of({**parameters, **self._parts})
 
     def _publisher(self, kind: Any, topic: str) -> Any:
         return self.create_publisher(kind, topic, 1) if topic else None
@@ -91,7 +129,7 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
             return SetParametersResult(successful=False, reason=f"{fixed[0]} is read when the node starts: restart it")
         try:
             own = {name: value for name, value in new.items() if name in now}
-            self.core.change(NodeSettings.of({**now, **own}))
+            self.core.change(self._settings({**now, **own}).resolved(self.resolve_topic_name))
         except SettingError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -114,6 +152,10 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
     def _on_points(self, msg: Any) -> None:
         self._publish(self.core.on_cloud(self._now(), _seconds(msg.header.stamp), msg))
 
+    def _odometry_of(self, topic: str) -> Callable[[Any], None]:
+        """Return what takes the odometry of a topic."""
+        return partial(self._on_odometry, self.resolve_topic_name(topic) if topic else "")
+
     def _on_odometry(self, topic: str, msg: Any) -> None:
         twist, pose = msg.twist.twist, msg.pose.pose
         speeds = twist.linear.x, twist.angular.z, twist.linear.y
@@ -124,37 +166,54 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
     def _on_speed(self, msg: Any) -> None:
         self.core.on_speed(self._now(), msg.data)
 
-    def _look_for_speed(self) -> None:
-        """Subscribe to the speed as soon as it is published: before, its type is not known."""
-        topic = self.core.settings.speed_topic
-        known = dict(self.get_topic_names_and_types()).get(self.resolve_topic_name(topic), [])
-        for name in known:
-            if name in SPEEDS:
-                of_odometry = partial(self._on_odometry, topic)
-                self._subscribe(SPEEDS[name], topic, of_odometry if SPEEDS[name] is Odometry else self._on_speed)
-                self._speed_is_known = True
-                return
-        if known:
-            self.core.dropped(topic, f"is {known[0]}, and not one of {', '.join(SPEEDS)}")
+    def _on_commanded(self, read: Callable[[Any], Commanded], msg: Any) -> None:
+        if (outputs := self.core.on_commanded(self._now(), read(msg), msg)) is not None:
+            self._publish(outputs)
+
+    def _on_override(self, msg: Any) -> None:
+        self.core.on_override(self._now(), msg.data)
+
+    def _on_buttons(self, msg: Any) -> None:
+        self.core.on_buttons(self._now(), msg.buttons)
+
+    def _look_for_types(self) -> Iterable[tuple[str, str]]:
+        """Subscribe to topics that are published by now, and return the others with a type that none of theirs is."""
+        wrong = []
+        for topic, kinds in list(self._unknown.items()):
+            found = {each.topic_type for each in self.get_publishers_info_by_topic(topic)}
+            by_name = {_type_name(kind): kind for kind in kinds}
+            if chosen := found & set(by_name):
+                kind = by_name[min(chosen)]
+                self._subscribe(kind, topic, self._unknown.pop(topic)[kind])
+            elif found:
+                wrong.append((topic, f"is {min(found)}, and not one of {', '.join(by_name)}"))
+        return wrong
 
     def _publish(self, outputs: Outputs) -> None:
         stamp = self.get_clock().now().to_msg()
         if self._brake:
             self._brake.publish(Bool(data=outputs.brake))
-        if self._drive and outputs.drive:
-            frame = self.core.settings.base_frame
-            self._drive.publish(fill_drive(AckermannDriveStamped(), outputs.drive, stamp, frame))
+        if self._drive and outputs.forward is not None:
+            self._drive.publish(outputs.forward)
+        elif self._drive and outputs.drive:
+            said = stamp, self.core.settings.base_frame, outputs.steering_angle
+            self._drive.publish(fill_drive(AckermannDriveStamped(), outputs.drive, *said))
         if self._marker and self._marker.get_subscription_count() and (cause := self.core.cause()):
             self._marker.publish(fill_marker(Marker(lifetime=Duration(nanosec=500_000_000)), cause, stamp))
 
     def tick(self) -> None:
         """Publish what the core decides without new data."""
+        self._look_for_types()
         self._publish(self.core.tick(self._now()))
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self.destroy_node()
 
     def diagnose(self) -> None:
         """Publish the diagnostics."""
-        if not self._speed_is_known:
-            self._look_for_speed()
+        for topic, why in self._look_for_types():
+            self.core.dropped(self.resolve_topic_name(topic), why)
         status = self.core.diagnostics(self._now())
         if self._diagnostics:
             stamp = self.get_clock().now().to_msg()
@@ -176,26 +235,52 @@ def run(parameters: Mapping[str, Any] | None = None, args: Sequence[str] | None 
     SettingError
         If a parameter cannot be used.
     """
-    rclpy.init(args=args)
     try:
+        rclpy.init(args=args)
         node = RclpyNode(parameters)
+    except REFUSED as error:
+        rclpy.try_shutdown()
+        raise SettingError(f"rclpy refuses this: {' '.join(str(error).split())}") from None
+    try:
         freeze_heap()
         rclpy.spin(node)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except rclpy_implementation.RCLError:  # what a call raises once a signal has shut everything down
+        if rclpy.ok():
+            raise
     finally:
+        node.close()
         rclpy.try_shutdown()
 
 
-def main() -> None:
+def main() -> int:
     """Run the node, for ``ros2 run ttc_fast_ros brake_node``."""
-    run()
+    try:
+        run()
+    except SettingError as error:
+        print(f"ttc_fast: {error}", file=sys.stderr)
+        return 2
+    return 0
 
 
-def _descriptor(parameter: Setting) -> Any:
-    """Describe a parameter to ROS. Its type may change there, because the node takes 1 for 1.0."""
-    low_high = parameter.usual
-    ranges = [] if low_high is None else [FloatingPointRange(from_value=low_high[0], to_value=low_high[1])]
+def _type_name(kind: Any) -> str:
+    """Return the name of the type of a message, as the graph has it."""
+    return f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
+
+
+def _of_every_node(parameter: str) -> bool:
+    return parameter.partition(".")[0] in OF_EVERY_NODE
+
+
+def _descriptor(parameter: Setting, value: Any) -> Any:
+    """Describe a parameter to ROS. Its type may change there, because the node takes 1 for 1.0.
+
+    ROS would refuse a value beyond the range of the slider, which may be right: then there is no slider.
+    """
+    low, high = parameter.usual or (1.0, 0.0)
+    inside = isinstance(value, (int, float)) and low <= value <= high
+    ranges = [FloatingPointRange(from_value=low, to_value=high)] if inside else []
     return ParameterDescriptor(description=parameter.description, dynamic_typing=True, floating_point_range=ranges)
 
 

@@ -12,14 +12,15 @@ import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from genpy.dynamic import generate_dynamic
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rospy.impl.registration import Registration, get_registration_listeners, get_topic_manager
 from rospy.numpy_msg import numpy_msg
-from sensor_msgs.msg import LaserScan, PointCloud2
+from sensor_msgs.msg import Joy, LaserScan, PointCloud2
 from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
-from ttc_fast.ros.core import BrakeNode, freeze_heap, on_transforms
+from ttc_fast.ros.core import BrakeNode, freeze_heap, of_ackermann, of_twist, on_transforms
 from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
 from ttc_fast.ros.settings import NodeSettings, SettingError
 from ttc_fast.ros_messages import yaw_of
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from ttc_fast.ros.messages import Outputs
+    from ttc_fast.ros_messages import Commanded
 
 ACKERMANN = """\
 Header header
@@ -80,7 +82,6 @@ float64 w
 """
 TFMessage = generate_dynamic("tf2_msgs/TFMessage", TRANSFORMS)["tf2_msgs/TFMessage"]
 """The type of tf2_msgs, with the same MD5 sum."""
-SPEEDS = {kind._type: kind for kind in (Odometry, Float32, Float64)}
 BYTES_AT_ONCE = {LaserScan: 2**18, PointCloud2: 2**24}
 """The bytes that are read from a connection at once. With less than a message, old messages would queue up there."""
 LOOK_AT_MASTER = 1.0
@@ -91,31 +92,57 @@ class RospyNode:
     """Subscriptions and publications around a core. rospy calls back from many threads; a lock orders the calls."""
 
     def __init__(self, settings: NodeSettings) -> None:
-        self.core = BrakeNode(settings)
+        self.core = BrakeNode(settings.resolved(full_name))
         self._lock = threading.Lock()
         self._frame = settings.base_frame
+        self._subscriptions: list[Any] = []
         self._brake = _publisher(settings.brake_topic, Bool)
         self._drive = _publisher(settings.drive_topic, AckermannDriveStamped)
         self._diagnostics = _publisher(settings.diagnostics_topic, DiagnosticArray)
         self._marker = _publisher(settings.marker_topic, Marker)
         self._subscribe(settings.scan_topic, LaserScan, self._on_scan, numpy_msg)
         self._subscribe(settings.points_topic, PointCloud2, self._on_points)
-        self._subscribe(settings.speed_topic, rospy.AnyMsg, self._on_speed)
         call = partial(self._safely, "/tf_static", partial(on_transforms, self.core))
-        rospy.Subscriber("/tf_static", forgiving(TFMessage), call, queue_size=100)
+        self._subscriptions.append(rospy.Subscriber("/tf_static", forgiving(TFMessage), call, queue_size=100))
         for topic in () if settings.speed_topic else settings.odom_topics:
-            self._subscribe(topic, Odometry, partial(self._on_odometry, topic))
+            self._subscribe(topic, Odometry, partial(self._on_odometry, full_name(topic)))
+        of_speed = partial(self._on_odometry, full_name(settings.speed_topic))
+        speeds: dict[Any, Any] = {Odometry: of_speed, Float32: self._on_speed, Float64: self._on_speed}
+        commands: dict[Any, Any] = {AckermannDriveStamped: partial(self._on_commanded, of_ackermann)}
+        if not settings.mux:
+            commands[Twist] = partial(self._on_commanded, of_twist)
+        self._subscribe_by_type(settings.speed_topic, speeds)
+        self._subscribe_by_type(settings.driver_topic, commands)
+        self._subscribe_by_type(settings.override_topic, {Bool: self._on_override, Joy: self._on_buttons})
 
     def _subscribe(self, topic: str, kind: Any, take: Callable[[Any], None], variant: Any = lambda kind: kind) -> None:
         if topic:
             call = partial(self._safely, topic, take)
             size = BYTES_AT_ONCE.get(kind, 2**16)
-            rospy.Subscriber(topic, forgiving(variant(kind)), call, queue_size=1, buff_size=size, tcp_nodelay=True)
+            own, how = forgiving(variant(kind)), {"queue_size": 1, "buff_size": size, "tcp_nodelay": True}
+            self._subscriptions.append(rospy.Subscriber(_name(topic), own, call, **how))
+
+    def _subscribe_by_type(self, topic: str, kinds: Mapping[Any, Callable[[Any], None]]) -> None:
+        """Subscribe to a topic that may have one of several types; the connection names it."""
+        takes = {kind._type: (forgiving(kind), take) for kind, take in kinds.items()}
+        self._subscribe(topic, rospy.AnyMsg, partial(self._on_any, full_name(topic), takes))
+
+    def _on_any(self, topic: str, takes: Mapping[str, tuple[Any, Callable[[Any], None]]], msg: Any) -> None:
+        name = msg._connection_header["type"]
+        if name not in takes:
+            self.core.dropped(topic, f"is {name}, and not one of {', '.join(takes)}")
+            return
+        kind, take = takes[name]
+        read = kind().deserialize(msg._buff)
+        if read.unreadable is None:
+            take(read)
+        else:
+            self.core.dropped(topic, read.unreadable)
 
     def _safely(self, topic: str, take: Callable[[Any], None], msg: Any) -> None:
         with self._lock:
             if msg.unreadable is not None:
-                self.core.dropped(topic, msg.unreadable)
+                self.core.dropped(full_name(topic), msg.unreadable)
             else:
                 take(msg)
 
@@ -133,24 +160,26 @@ class RospyNode:
         self.core.on_odometry(rospy.get_time(), msg.header.stamp.to_sec(), *speeds, at, topic)
 
     def _on_speed(self, msg: Any) -> None:
-        """Take a speed; the connection names its type."""
-        topic, kind = self.core.settings.speed_topic, msg._connection_header["type"]
-        if kind not in SPEEDS:
-            self.core.dropped(topic, f"is {kind}, and not one of {', '.join(SPEEDS)}")
-            return
-        speed = forgiving(SPEEDS[kind])().deserialize(msg._buff)
-        if speed.unreadable is not None:
-            self.core.dropped(topic, speed.unreadable)
-        elif kind == Odometry._type:
-            self._on_odometry(topic, speed)
-        else:
-            self.core.on_speed(rospy.get_time(), speed.data)
+        self.core.on_speed(rospy.get_time(), msg.data)
+
+    def _on_commanded(self, read: Callable[[Any], Commanded], msg: Any) -> None:
+        if (outputs := self.core.on_commanded(rospy.get_time(), read(msg), msg)) is not None:
+            self._publish(outputs)
+
+    def _on_override(self, msg: Any) -> None:
+        self.core.on_override(rospy.get_time(), msg.data)
+
+    def _on_buttons(self, msg: Any) -> None:
+        self.core.on_buttons(rospy.get_time(), msg.buttons)
 
     def _publish(self, outputs: Outputs) -> None:
         if self._brake:
             self._brake.publish(outputs.brake)
-        if self._drive and outputs.drive:
-            self._drive.publish(fill_drive(AckermannDriveStamped(), outputs.drive, rospy.get_rostime(), self._frame))
+        if self._drive and outputs.forward is not None:
+            self._drive.publish(outputs.forward)
+        elif self._drive and outputs.drive:
+            said = rospy.get_rostime(), self._frame, outputs.steering_angle
+            self._drive.publish(fill_drive(AckermannDriveStamped(), outputs.drive, *said))
         if self._marker and self._marker.get_num_connections() and (cause := self.core.cause()):
             self._marker.publish(fill_marker(Marker(lifetime=rospy.Duration(0.5)), cause, rospy.get_rostime()))
 
@@ -166,6 +195,12 @@ class RospyNode:
         if self._diagnostics:
             array = fill_diagnostics(DiagnosticArray(), DiagnosticStatus, KeyValue, status, rospy.get_rostime())
             self._diagnostics.publish(array)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        for each in (*self._subscriptions, self._brake, self._drive, self._diagnostics, self._marker):
+            if each:
+                each.unregister()
 
     def spin(self) -> None:
         """Run the watchdog until the node is shut down: in wall time, since a simulated clock may stand."""
@@ -231,7 +266,18 @@ def _on_server() -> dict[str, Any]:
 
 
 def _publisher(topic: str, kind: Any) -> Any:
-    return rospy.Publisher(topic, kind, queue_size=1, tcp_nodelay=True) if topic else None
+    return rospy.Publisher(_name(topic), kind, queue_size=1, tcp_nodelay=True) if topic else None
+
+
+def _name(topic: str) -> str:
+    """Return the name of a topic as ROS 1 has it, where ~ alone stands for the node."""
+    return topic.replace("~/", "~", 1)
+
+
+def full_name(topic: str) -> str:
+    """Return the full name of a topic."""
+    resolved: str = rospy.resolve_name(_name(topic))
+    return resolved
 
 
 def forgiving(kind: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._settings import (
@@ -11,6 +11,7 @@ from ttc_fast._settings import (
     OUTLINE,
     POLICY,
     Choice,
+    Count,
     Flag,
     Number,
     Numbers,
@@ -23,9 +24,10 @@ from ttc_fast._settings import (
 )
 from ttc_fast.brake import IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.configuration import BRAKE, PARTS, Configuration, ConfigurationError
+from ttc_fast.ros.dds.names import TOPIC
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from ttc_fast._settings import Setting
     from ttc_fast.brake import Criterion
@@ -37,6 +39,44 @@ PERIOD = Number(unit="s", positive=True)
 
 class SettingError(ConfigurationError):
     """A parameter that cannot be used: which, what is wrong with it, and what would be right."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Topic(Text):
+    """The name of a topic, or "" where there is none."""
+
+    def check(self, name: str, value: Any) -> str:
+        """Return the value."""
+        return _topic(name, super().check(name, value)) if value != "" else ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Topics(Texts):
+    """A list of the names of topics."""
+
+    what: str = "names of topics"
+
+    def check(self, name: str, value: Any) -> tuple[str, ...]:
+        """Return the value as a tuple."""
+        return tuple(_topic(name, each) for each in super().check(name, value))
+
+
+def _topic(name: str, value: str) -> str:
+    if not TOPIC.fullmatch(value):
+        raise ValueError(f"{name} must be the name of a topic, such as scan, /front/scan or ~/cause, got {value!r}")
+    return value
+
+
+def full_name(topic: str) -> str:
+    """Return the full name of a topic where there is no namespace.
+
+    Examples
+    --------
+    >>> from ttc_fast.ros.settings import full_name
+    >>> full_name("scan"), full_name("/front/scan")
+    ('/scan', '/front/scan')
+    """
+    return topic if topic.startswith("/") else f"/{topic}"
 
 
 @dataclass(frozen=True)
@@ -90,27 +130,60 @@ class NodeSettings:
     use_stamps: bool = setting(
         True, Flag(), "Data are as old as their stamps say; with false, they count as measured when they came."
     )
-    scan_topic: str = setting("/scan", Text(), "Topic of the LaserScan; empty is none.")
+    scan_topic: str = setting("scan", Topic(), "Topic of the LaserScan; empty is none.")
     points_topic: str = setting(
-        "", Text(), "Topic of the PointCloud2 in the vehicle's frame; empty is none. It needs an outline."
+        "", Topic(), "Topic of the PointCloud2 in the vehicle's frame; empty is none. It needs an outline."
     )
     frame_id: str = setting(
         "", Text(), "The frame_id of the sensor, where several of them share its topic; messages of others are ignored."
     )
     odom_topics: tuple[str, ...] = setting(
-        ("/odom", "/vesc/odom"), Texts(what="names of topics"), "Topics of the Odometry, any of which serves."
+        ("odom", "vesc/odom"), Topics(), "Topics of the Odometry, any of which serves."
     )
     speed_topic: str = setting(
-        "", Text(), "Topic of a speed: Odometry, Float32 or Float64. It replaces odom_topics; empty is none."
+        "", Topic(), "Topic of a speed: Odometry, Float32 or Float64. It replaces odom_topics; empty is none."
     )
     height: tuple[float, float] = setting(
         (0.05, 2.0), Numbers(unit="m"), "Points of a cloud between these heights above the vehicle's origin count."
     )
-    brake_topic: str = setting("/brake_bool", Text(), "Topic of the Bool; empty does not publish it.")
-    drive_topic: str = setting("/drive", Text(), "Topic of the AckermannDriveStamped; empty does not publish it.")
-    diagnostics_topic: str = setting("/diagnostics", Text(), "Topic of the DiagnosticArray; empty does not publish it.")
+    commanded_topic: str = setting(
+        "",
+        Topic(),
+        "Topic of what the driver or planner asks for: AckermannDriveStamped or Twist. Empty is none, and with mux "
+        "drive_in.",
+    )
+    commanded_timeout: float = setting(
+        0.5, Number(unit="s", positive=True), "What was asked for this long ago is not asked for any more.", (0.0, 10.0)
+    )
+    wheelbase: float = setting(
+        0.0,
+        Number(unit="m", least=0.0),
+        "Distance between the axles, by which a commanded steering angle bends the path; 0 takes it for straight.",
+        (0.0, 10.0),
+    )
+    override_topic: str = setting(
+        "", Topic(), "Topic by which the driver takes over, and nothing brakes: Bool or Joy; empty is none."
+    )
+    override_button: int = setting(0, Count(), "The button of the Joy that takes over while it is held, from 0.")
+    override_timeout: float = setting(
+        0.5,
+        Number(unit="s", positive=True),
+        "An override ends when nothing has confirmed it for this long.",
+        (0.0, 10.0),
+    )
+    mux: bool = setting(
+        False,
+        Flag(),
+        "Messages of commanded_topic go out on drive_topic as they came, unless the node brakes; they are "
+        "AckermannDriveStamped.",
+    )
+    brake_topic: str = setting("brake_bool", Topic(), "Topic of the Bool; empty does not publish it.")
+    drive_topic: str = setting("drive", Topic(), "Topic of the AckermannDriveStamped; empty does not publish it.")
+    diagnostics_topic: str = setting(
+        "/diagnostics", Topic(), "Topic of the DiagnosticArray; empty does not publish it."
+    )
     marker_topic: str = setting(
-        "/ttc_fast/cause", Text(), "Topic of the Marker of the beam or point that decided; empty does not publish it."
+        "ttc_fast/cause", Topic(), "Topic of the Marker of the beam or point that decided; empty does not publish it."
     )
     brake_speed: float = setting(
         0.0,
@@ -121,7 +194,7 @@ class NodeSettings:
     drive_always: bool = setting(False, Flag(), "Drive messages are published also while the node does not brake.")
     base_frame: str = setting("base_link", Text(), "Frame of the vehicle, which published messages carry.")
     watchdog_period: float = setting(
-        0.05, PERIOD, "The watchdog looks this often, in wall time, whether data still come.", (0.001, 10.0)
+        0.05, PERIOD, "The watchdog looks this often, in wall time, whether data still come.", (0.001, 3600.0)
     )
     diagnostics_period: float = setting(1.0, PERIOD, "Diagnostics are published this often.", (0.01, 3600.0))
     brake: dict[str, Any] = field(default_factory=dict)
@@ -157,10 +230,39 @@ class NodeSettings:
                 raise ValueError("criterion 'ittc' judges beams, and points_topic is set: use 'swept', or leave it out")
             if not (self.scan_topic or self.points_topic):
                 raise ValueError("scan_topic or points_topic must be set: without either there is nothing to look with")
+            if self.mux and not self.drive_topic:
+                raise ValueError("mux needs a drive_topic, where it publishes")
+            if self.mux and self.drive_always:
+                raise ValueError("drive_always must be false with mux, which publishes what the driver asks for")
+            if self.driver_topic and self.driver_topic == self.drive_topic:
+                raise ValueError(
+                    f"commanded_topic and drive_topic are both {self.drive_topic}, where the node would hear itself: "
+                    "name another topic for what the driver asks for"
+                )
             settings = self.configuration()
             settings.controller(settings.scanner(angle_min=0.0, angle_increment=0.1, beams=2))
         except (ValueError, TypeError) as error:
             raise SettingError(str(error)) from None
+
+    @property
+    def driver_topic(self) -> str:
+        """The topic of what the driver asks for, or "" where there is none."""
+        return self.commanded_topic or ("drive_in" if self.mux else "")
+
+    def resolved(self, resolve: Callable[[str], str] = full_name) -> NodeSettings:
+        """Return the settings with the full names of the topics, as ``resolve`` gives them.
+
+        Examples
+        --------
+        >>> from ttc_fast.ros.settings import NodeSettings
+        >>> NodeSettings().resolved().odom_topics
+        ('/odom', '/vesc/odom')
+        """
+        topics = {each.name: getattr(self, each.name) for each in settings_of(NodeSettings) if each.kind == Topic()}
+        topics["commanded_topic"] = self.driver_topic
+        full: dict[str, Any] = {name: resolve(topic) for name, topic in topics.items() if topic}
+        full["odom_topics"] = tuple(resolve(topic) for topic in self.odom_topics)
+        return replace(self, **full) if any(full[name] != getattr(self, name) for name in full) else self
 
     def configuration(self) -> Configuration:
         """Return the settings of the scanner and the controller."""
@@ -201,6 +303,6 @@ def parameters_of_node() -> tuple[Setting, ...]:
 
 
 AT_START = frozenset(
-    each.name for each in settings_of(NodeSettings) if "_topic" in each.name or each.name.endswith("_period")
+    each.name for each in settings_of(NodeSettings) if "_topic" in each.name or each.name.endswith(("_period", "mux"))
 )
 """Parameters that are read when the node starts, and cannot be changed later."""

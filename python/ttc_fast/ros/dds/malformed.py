@@ -17,6 +17,8 @@ from weakref import WeakValueDictionary
 from cyclonedds.core import DDSException
 from cyclonedds.domain import Domain
 
+from ttc_fast.ros.dds import discovery
+
 LOG = logging.getLogger("ttc_fast.dds")
 DROPPED = re.compile(r"deserialization (?P<topic>.*)/[^/]* failed \(|malformed packet received")
 CONFIGURATION = "<CycloneDDS><Domain><Tracing><Verbosity>warning</Verbosity><OutputFile>/dev/fd/{}</OutputFile>{}"
@@ -69,8 +71,8 @@ def _listen(pipe: int, counts: Counter[str], lock: threading.Lock) -> None:
 
 def _configuration(pipe: int) -> str:
     # Of two that say the same, the later one counts: the user's.
-    ours = CONFIGURATION.format(pipe, CLOSING)
-    return ",".join([ours, *filter(None, [os.environ.get("CYCLONEDDS_URI", "")])])
+    parts = CONFIGURATION.format(pipe, CLOSING), discovery.configuration(os.environ)
+    return ",".join(filter(None, [*parts, os.environ.get("CYCLONEDDS_URI")]))
 
 
 _domains: WeakValueDictionary[int, MalformedCounts] = WeakValueDictionary()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
 from cyclonedds.core import DDSException, InstanceState, Qos, ReadCondition, SampleState, ViewState, WaitSet
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     Decode = Callable[[bytes], Any]
     Take = Callable[[Any], None]
 
+Entity = TypeVar("Entity")
 LOG = logging.getLogger("ttc_fast.dds")
 ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 AT_ONCE = 16
@@ -112,8 +113,8 @@ class Publications:
     """
 
     def __init__(self, participant: Any) -> None:
-        self._reader = BuiltinDataReader(participant, BuiltinTopicDcpsPublication)
-        self.condition = ReadCondition(self._reader, ANY)
+        self.reader = BuiltinDataReader(participant, BuiltinTopicDcpsPublication)
+        self.condition = ReadCondition(self.reader, ANY)
         self._wanted: dict[tuple[str, str], tuple[str, str, Any, Any]] = {}
 
     def wait_for(self, dds_topic: str, topic: str, kinds: Mapping[str, tuple[Any, Any]]) -> None:
@@ -123,7 +124,7 @@ class Publications:
 
     def found(self) -> Iterator[tuple[str, str, Any, Any]]:
         """Yield topic, type, decoder and receiver of each topic that is published now, once."""
-        while seen := self._reader.take(64):
+        while seen := self.reader.take(64):
             for each in seen:
                 wanted = self._wanted.pop((each.topic_name, each.type_name), None)
                 if wanted is not None:
@@ -167,6 +168,7 @@ class Participant:
         self._participant = DomainParticipant(self.settings.domain, said)
         self._waitset = WaitSet(self._participant)
         self._conditions: list[ReadCondition] = []
+        self._entities: list[Any] = []  # topics, readers and writers, in the order in which they were made
         self._publications: Publications | None = None
         self.subscriptions: list[Subscription] = []
         self.publishers: list[Publisher] = []
@@ -203,16 +205,20 @@ class Participant:
         -------
         Subscription
         """
-        full = self._resolved(topic)
+        full = self.resolved(topic)
         chosen = qos.LATCHED if latched else qos.SENSOR_DATA if sensor_data else qos.DEFAULT
         quality = qos.with_user_data(chosen, self._hash(name))
-        reader = DataReader(self._participant, self._topic(dds_topic(full), name), quality)
+        reader = self._keep(DataReader(self._participant, self._topic(dds_topic(full), name), quality))
         self._wake_for(ReadCondition(reader, ANY))
         self.subscriptions.append(Subscription(reader, full, decode, take))
         return self.subscriptions[-1]
 
+    def resolved(self, topic: str) -> str:
+        """Return the full ROS name of a topic."""
+        return resolved(topic, self.settings.node_name, self.settings.namespace)
+
     def subscribe_by_type(self, topic: str, kinds: Mapping[str, tuple[Decode, Take]]) -> None:
-        """Read a topic that may have one of several types, as soon as it is published.
+        """Read a topic that may have one of several types as sensor data, as soon as it is published.
 
         Parameters
         ----------
@@ -223,12 +229,13 @@ class Participant:
         """
         if self._publications is None:
             self._publications = Publications(self._participant)
+            self._keep(self._publications.reader)
             self._wake_for(self._publications.condition)
-        self._publications.wait_for(dds_topic(self._resolved(topic)), topic, kinds)
+        self._publications.wait_for(dds_topic(self.resolved(topic)), topic, kinds)
 
     def publisher(self, topic: str, name: str) -> Publisher:
         """Publish a topic; arguments as in ``subscribe``."""
-        full = self._resolved(topic)
+        full = self.resolved(topic)
         self.publishers.append(Publisher(self._writer(dds_topic(full), name, qos.DEFAULT), self._type(name), full))
         return self.publishers[-1]
 
@@ -267,13 +274,16 @@ class Participant:
         return self._malformed.of("")
 
     def close(self) -> None:
-        """Leave the graph, and the domain with the last participant of this process in it.
+        """Leave the graph at once, and the domain with the last participant of this process in it.
 
-        Cyclone leaves only if its objects go one by one: of what the garbage collector finds in a circle it forgets to.
+        The objects of Cyclone end here, whoever holds them still, and each before the one that it belongs to.
         """
         for condition in self._conditions:
             self._waitset.detach(condition)
+        for entity in (*self._conditions, self._waitset, *reversed(self._entities), self._participant):
+            entity.__del__()
         self._conditions.clear()
+        self._entities.clear()
         self.subscriptions.clear()
         self.publishers.clear()
         self._publications = None
@@ -282,11 +292,8 @@ class Participant:
     def _subscribe_to_new(self, publications: Publications) -> None:
         for topic, name, decode, take in publications.found():
             LOG.info("%s has type %s", topic, name)
-            self.subscribe(topic, name, decode, take)
+            self.subscribe(topic, name, decode, take, sensor_data=True)
             self.announce()
-
-    def _resolved(self, topic: str) -> str:
-        return resolved(topic, self.settings.node_name, self.settings.namespace)
 
     def _type(self, name: str) -> Any:
         return topic_type(name, gid_size=self.settings.gid_size)
@@ -295,11 +302,15 @@ class Participant:
         return type_hash(name, gid_size=self.settings.gid_size)
 
     def _topic(self, topic: str, name: str) -> Topic[Any]:
-        return Topic(self._participant, topic, self._type(name))
+        return self._keep(Topic(self._participant, topic, self._type(name)))
 
     def _writer(self, topic: str, name: str, quality: Qos) -> DataWriter[Any]:
         said = qos.with_user_data(quality, self._hash(name))
-        return DataWriter(self._participant, self._topic(topic, name), said)
+        return self._keep(DataWriter(self._participant, self._topic(topic, name), said))
+
+    def _keep(self, entity: Entity) -> Entity:
+        self._entities.append(entity)
+        return entity
 
     def _wake_for(self, condition: ReadCondition) -> None:
         self._waitset.attach(condition)

@@ -43,6 +43,7 @@ DEFINITIONS = {
         "float32 time_increment; float32 scan_time; float32 range_min; float32 range_max; float32[] ranges; "
         "float32[] intensities"
     ),
+    "sensor_msgs/Joy": "std_msgs/Header header; float32[] axes; int32[] buttons",
     "sensor_msgs/PointField": "string name; uint32 offset; uint8 datatype; uint32 count",
     "sensor_msgs/PointCloud2": (
         "std_msgs/Header header; uint32 height; uint32 width; PointField[] fields; bool is_bigendian; "
@@ -83,7 +84,9 @@ GID_OF_HUMBLE = {"rmw_dds_common/Gid": "char[24] data"}
 """Up to ROS 2 Humble a Gid had 24 bytes; from Iron on it has 16."""
 
 HASHES = {
+    "geometry_msgs/Twist": "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
     "nav_msgs/Odometry": "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
+    "sensor_msgs/Joy": "0d356c79cad3401e35ffeb75a96a96e08be3ef896b8b83841d73e890989372c5",
     "sensor_msgs/LaserScan": "64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828",
     "sensor_msgs/PointCloud2": "9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5",
     "tf2_msgs/TFMessage": "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
