@@ -279,7 +279,9 @@ def test_what_a_lidar_stores_where_nothing_came_back_is_no_obstacle() -> None:
     said = {"outline": (-1.0, 4.0, -1.0, 1.0), "mount": (1.5, 0.0, 0.1), "speed": 5.0}
     pipeline = Replay(sample("clouds"), Settings(log_options=said, gate={"x": (0.0, 40.0), "z": (-1.0, 1.0)})).pipeline
     points = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 0.0, 0.5]], np.float32)
-    assert pipeline.obstacles(points)[:, 2].tolist() == [0.0, 0.5]
+    placed = pipeline.obstacles(points)
+    assert np.isnan(placed[0]).all()
+    assert placed[1:, 2].tolist() == [0.0, 0.5]
 
 
 def test_a_cloud_tells_the_plain_nearest_point_beside_the_tracked_distance() -> None:

@@ -314,6 +314,12 @@ def played(node: Any, items: list[Recorded]) -> list[tuple[Any, ...]]:
             node.odometry(
                 item.speed, item.yaw_rate, lateral_speed=item.lateral_speed, pose=pose, stamp=item.stamp and stamp
             )
+        elif isinstance(item, Static):
+            node.transform(item.parent, item.child, item.at, item.rotation)
+        elif isinstance(item, Cloud):
+            node.points(item.points, frame=item.frame, stamp=stamp)
+            decision = core._latest
+            seen.append((decision.command, decision.reason, decision.threats, decision.value))
         elif isinstance(item, Scan):
             geometry = {
                 "angle_min": item.angle_min,
@@ -362,6 +368,95 @@ def test_a_node_decides_as_the_replay_of_the_same_messages(
     values = [(row.value, each[3]) for row, each, known in zip(rows, decided, by_motion, strict=True) if known]
     assert all(one == other for one, other in values)
     assert len(values) > 10
+
+
+WIDE = np.dtype([("ring", "<u2"), ("z", "<f4"), ("x", "<f4"), ("y", "<f4"), ("intensity", "<f4"), ("t", "<f8")])
+NARROW = np.dtype([(name, "<f4") for name in "xyz"])
+HEIGHTS = (0.05, 2.0)
+"""m above the origin of the vehicle, which is the default of the node."""
+
+
+def clouds(
+    yaw: float = 0.0, up: float = 0.0, *, late: int = 0, changing: bool = False, closing: float = 3.0
+) -> list[Recorded]:
+    """Drive at a wall at 3 m/s, below a bridge and over a kerb, with a lidar that is turned and ``up`` m high.
+
+    The first ``late`` clouds come without odometry; the fields of the clouds may change on the way, and the wall may
+    come closer by itself.
+    """
+    rng = np.random.default_rng(5)
+    at = (0.5, 0.0, up)
+    turned = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    is_placed = bool(yaw or up)
+    items: list[Recorded] = [Static(0.0, -1.0, "base_link", "lidar", at, turned)] if is_placed else []
+    for i in range(40):
+        now = PERIOD * i
+        if i >= late:
+            items.append(Odom(now - 1 / 64, now - 1 / 64, speed=3.0, x=3.0 * now))
+        distance = max(15.0 - closing * now, 0.7)
+        wall = np.column_stack([np.full(200, distance), rng.uniform(-2, 2, 200), rng.uniform(0.1, 1.9, 200)])
+        bridge, kerb = wall * (0.5, 1.0, 0.0) + (0.0, 0.0, 3.0), wall * (0.3, 1.0, 0.0)
+        there = np.concatenate([wall, bridge, kerb]) - (at if is_placed else (0.0, 0.0, 0.0))
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        rows = there @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])  # as the turned lidar has them
+        rows[rng.integers(0, 600, 30)] = 0.0  # where nothing came back
+        records = np.zeros(600, WIDE if changing and i % 3 == 1 else NARROW)
+        for name, column in zip("xyz", rows.T, strict=True):
+            records[name] = column
+        items.append(Cloud(now, now, records.reshape(20, 30) if changing and i % 3 == 2 else records))
+    return items
+
+
+CLOUDS: dict[str, tuple[list[Recorded], float]] = {
+    "plain": (clouds(), 0.0),
+    "lidar to the left, on a mast": (clouds(math.pi / 2, 1.25), 1.25),
+    "lidar back": (clouds(math.pi, 0.5), 0.5),
+    "changing fields": (clouds(0.7, 0.5, changing=True), 0.5),
+    "odometry comes late": (clouds(late=8), 0.0),
+    "oncoming": (clouds(closing=7.0), 0.0),
+}
+
+
+@pytest.mark.parametrize("drive", CLOUDS)
+@pytest.mark.parametrize("transport", ["core", "rospy", "rclpy", "dds"])
+def test_a_node_decides_as_the_replay_of_the_same_clouds(
+    transport: str, drive: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    items, up = CLOUDS[drive]
+    heights = (HEIGHTS[0] - up, HEIGHTS[1] - up)
+    path = write(tmp_path, "bag" if transport == "rospy" else "mcap", items)
+    rows = list(Replay(path, Settings(log_options={"outline": OUTLINE}, gate={"z": heights})))
+    parameters = {"outline": list(OUTLINE), "scan_topic": "", "points_topic": "/points"}
+    kinds = {"rospy": RospyHarness, "rclpy": RclpyHarness, "dds": DdsHarness}
+    node: Any = CoreHarness(**parameters) if transport == "core" else kinds[transport](monkeypatch, **parameters)
+    try:
+        decided = played(node, items)
+    finally:
+        if transport == "dds":
+            node.close()
+    assert [each[:2] for each in decided] == [(row.command, row.reason) for row in rows]
+    assert [each[3] for each in decided] == [row.value for row in rows]
+    assert Reason.CRITERION in [row.reason for row in rows]
+    assert Reason.CLEAR in [row.reason for row in rows]
+
+
+def test_the_tracker_of_a_replay_looks_ahead_of_the_vehicle_whatever_the_yaw(tmp_path: Path) -> None:
+    """The lidar looks back and is read by the transforms, by a mount, or by axes; the wall is 15 m ahead."""
+    items, up = CLOUDS["lidar back"]
+    heights = (HEIGHTS[0] - up, HEIGHTS[1] - up)
+    bare: list[Recorded] = [each for each in items if not isinstance(each, Static | Odom)]
+    ways: list[tuple[list[Recorded], dict[str, Any]]] = [
+        (items, {}),
+        (bare, {"mount": (0.5, 0.0, math.pi)}),
+        (bare, {"axes": ("-x", "-y", "z")}),
+    ]
+    for number, (recorded, said) in enumerate(ways):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        replay = Replay(write(folder, "mcap", recorded), Settings(log_options=said, gate={"z": heights}))
+        first, *_, last = replay
+        assert first.distance == pytest.approx(14.5, abs=0.01)
+        assert last.closing_speed == pytest.approx(3.0, abs=0.2)
 
 
 @pytest.mark.parametrize("gap", [0, 20])

@@ -52,6 +52,34 @@ class Status(NamedTuple):
     values: dict[str, str]
 
 
+DATATYPES = {"u2": 4, "f4": 7, "f8": 8}
+
+
+def records_of(points: Any) -> Any:
+    """Return rows x, y, z as records of float32; records stay as they are."""
+    points = np.asarray(points)
+    if points.dtype.names:
+        return points
+    rows = np.ascontiguousarray(points, np.float32)
+    return rows.view([(name, "<f4") for name in "xyz"])[..., 0]
+
+
+def fields_of(records: Any) -> list[dict[str, Any]]:
+    """Return the fields of the records, as PointField has them."""
+    described = records.dtype.fields.items()
+    return [
+        {"name": name, "offset": offset, "datatype": DATATYPES[kind.str[1:]], "count": 1}
+        for name, (kind, offset) in described
+    ]
+
+
+def shape_of(records: Any) -> dict[str, int]:
+    """Return the shape of the cloud, as PointCloud2 has it."""
+    height, width = records.shape if records.ndim == 2 else (1, len(records))
+    step = records.dtype.itemsize
+    return {"height": height, "width": width, "point_step": step, "row_step": step * width}
+
+
 class Harness:
     """A node under test."""
 
@@ -70,14 +98,15 @@ class CoreHarness(Harness):
         scan = SimpleNamespace(**{**GEOMETRY, **geometry}, frame_id=frame, ranges=np.asarray(ranges, np.float32))
         return self._seen(self.node.on_scan(self.now, self.now if stamp is None else stamp, scan))
 
-    def points(self, points: Any, *, frame: str = "") -> Seen:
+    def points(self, points: Any, *, frame: str = "", stamp: float | None = None) -> Seen:
         if not frame:
             return self._seen(self.node.on_points(self.now, self.now, np.asarray(points, np.float32)))
-        fields = [SimpleNamespace(name=name, offset=4 * i, datatype=7, count=1) for i, name in enumerate("xyz")]
-        shape = {"height": 1, "width": len(points), "point_step": 12, "row_step": 12 * len(points)}
-        data = np.asarray(points, np.float32).tobytes()
-        cloud = SimpleNamespace(**shape, fields=fields, data=data, is_bigendian=False, frame_id=frame)
-        return self._seen(self.node.on_cloud(self.now, self.now, cloud))
+        records = records_of(points)
+        fields = [SimpleNamespace(**each) for each in fields_of(records)]
+        cloud = SimpleNamespace(
+            **shape_of(records), fields=fields, data=records.tobytes(), is_bigendian=False, frame_id=frame
+        )
+        return self._seen(self.node.on_cloud(self.now, self.now if stamp is None else stamp, cloud))
 
     def odometry(
         self,
@@ -145,20 +174,19 @@ class MessageHarness(Harness):
         message.ranges = [float(each) for each in np.asarray(ranges, np.float32)]
         return self.sent("/scan", message, stamp)
 
-    def points(self, points: Any, *, frame: str = "", **header: Any) -> Seen:
+    def points(self, points: Any, *, frame: str = "", stamp: float | None = None, **header: Any) -> Seen:
         message = self.message("sensor_msgs", "PointCloud2")
         message.header.frame_id = frame
-        rows = np.ascontiguousarray(points, np.float32)
-        height, width = rows.shape[:-1] if rows.ndim == 3 else (1, len(rows))
-        message.height, message.width, message.point_step, message.row_step = height, width, 12, 12 * width
-        for offset, name in enumerate("xyz"):
+        records = records_of(points)
+        for each in fields_of(records):
             field = self.message("sensor_msgs", "PointField")
-            field.name, field.offset, field.datatype, field.count = name, 4 * offset, 7, 1
+            for name, value in each.items():
+                setattr(field, name, value)
             message.fields.append(field)
-        message.data = rows.tobytes()
-        for name, value in header.items():
+        message.data = records.tobytes()
+        for name, value in {**shape_of(records), **header}.items():
             setattr(message, name, value)
-        return self.sent("/points", message)
+        return self.sent("/points", message, stamp)
 
     def odometry(
         self,

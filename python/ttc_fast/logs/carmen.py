@@ -94,6 +94,7 @@ class CarmenLog:
         self.path = path
         self._options = options
         self.motion = options.motion("poses of the log")
+        self.always_has_speed = options.speed is not None
         self._laser, self.assumed = self._choose()
         errors = ReadErrors(path)
         first = next((entry for entry in self._entries(errors) if isinstance(entry, Scan)), None)

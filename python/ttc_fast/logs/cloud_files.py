@@ -98,6 +98,7 @@ class CloudFiles:
         self.frame_count = len(self._frames)
         self.lidar = options.applied(form.lidar, LIDAR)
         self._speed = options.speed
+        self.has_speed = options.speed is not None
         self.motion = options.motion("the speed is unknown")
         self.assumed = ""
         self._stamps, self.clock = self._timed(series, options.rate)

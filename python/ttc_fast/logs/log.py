@@ -189,6 +189,10 @@ class ScanLog(Log[ScanFrame], Protocol):
         """The scanner of every frame."""
 
     @property
+    def always_has_speed(self) -> bool:
+        """Whether every frame has a speed, as that of odometry which may fail has not."""
+
+    @property
     def motion(self) -> str:
         """Where the speeds come from, for people."""
 
@@ -262,6 +266,10 @@ class CloudLog(Log[CloudFrame], Protocol):
     @property
     def lidar(self) -> Lidar:
         """The lidar of every frame."""
+
+    @property
+    def has_speed(self) -> bool:
+        """Whether frames may have a speed: there is odometry, or the user gives the speed."""
 
     @property
     def motion(self) -> str:

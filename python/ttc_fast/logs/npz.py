@@ -78,6 +78,7 @@ class ScanArchive:
         scanner = Scanner(**{name: arrays.numbers(name, 1)[0] for name in BEAMS}, beams=beams, **placed)
         self.scanner = options.applied(scanner, SCANNER)
         self._speed = options.speed
+        self.always_has_speed = self._speeds is not None or options.speed is not None
         self.motion = options.motion("the speed is unknown" if self._speeds is None else "speeds of the log")
 
     def __iter__(self) -> Iterator[ScanFrame]:
@@ -109,6 +110,7 @@ class CloudArchive:
             lidar = replace(lidar, front_offset=front_offset, vehicle_reach=front_offset)
         self.lidar = options.applied(lidar, LIDAR)
         self._speed = options.speed
+        self.has_speed = options.speed is not None
         self.motion = options.motion("the speed is unknown")
 
     def __iter__(self) -> Iterator[CloudFrame]:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast._settings import option
 from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ReadErrors, ScanFrame, Scanner
 from ttc_fast.logs.options import LIDAR, MOTION, SCANNER
-from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros_messages import (
     LASER_SCAN,
     ODOMETRY,
@@ -22,6 +21,7 @@ from ttc_fast.ros_messages import (
     transforms,
 )
 from ttc_fast.sensors.clock import Stamps, StampSurvey, other_clock
+from ttc_fast.sensors.clouds import CloudReader, Placement
 from ttc_fast.sensors.frames import MixedError, SensorChoice, mixed_sensors
 from ttc_fast.sensors.oddities import RefusedError, Tally
 from ttc_fast.sensors.odometry import Odometer, OdometryReader, Pose
@@ -205,6 +205,11 @@ class _Source:
             errors.add(f"a scan on {self.topic.name} {error}")
 
     @property
+    def has_speed(self) -> bool:
+        """Whether odometry was recorded, or the user gives the speed."""
+        return self._odometry is not None or self._options.speed is not None
+
+    @property
     def mount(self) -> Mount | None:
         """Where the sensor sits on the vehicle, if the static transforms say it."""
         return self.transforms.mount(self._options.base_frame or "base_link", self.frame_id)
@@ -279,6 +284,7 @@ class BagScans(_BagLog):
             self.mounted = mount.text if self._mount else f"at the vehicle's origin: it is {mount.text}"
         assert source.geometry is not None
         self.scanner = self._scanner(source.geometry)
+        self.always_has_speed = options.speed is not None
 
     def __iter__(self) -> Iterator[ScanFrame]:
         errors, frames = ReadErrors(self.path), 0
@@ -338,6 +344,9 @@ class BagClouds(_BagLog):
         """Where the mount comes from, for people; empty where the log does not say it."""
         self.mount = None if mount is None else mount.place
         """Where the lidar sits in the vehicle's frame, if the log says it: x, y (m) and yaw (rad)."""
+        self.placement = None if mount is None else Placement.of(mount, source.frame_id)
+        """Where its points are in the vehicle's frame, if the log says it."""
+        self.has_speed = source.has_speed
         if is_optical(source.frame_id):
             lidar = replace(lidar, axes=OPTICAL)
         elif mount is not None and mount.upside_down:
@@ -346,18 +355,18 @@ class BagClouds(_BagLog):
 
     def __iter__(self) -> Iterator[CloudFrame]:
         errors, frames = ReadErrors(self.path), 0
+        reader: CloudReader | None = None
         for stamp, message, odometer in self._source.read(errors):
             if is_optical(message.frame_id) and self.lidar.axes == OPTICAL:
                 self.odd.count(
                     f"{self._source.topic.name}, frame", f"{message.frame_id} has z forward, x right, y down"
                 )
+            reader = reader or CloudReader(self._source.topic.name, self.odd)
             try:
-                points, oddities = read_pointcloud2(message)
+                points = reader.read(message)
             except (ValueError, TypeError) as error:
                 errors.add(f"the cloud at {stamp:.3f} s: {error}")
                 continue
-            for part, text in oddities.items():
-                self.odd.count(f"{self._source.topic.name}, {part}", text)
             frames += 1
             yield CloudFrame(stamp, points, *odometer.at(stamp))
         errors.raise_if_any(frames)

@@ -1,43 +1,44 @@
 """From the frames of a log to rows. Each kind of log has a pipeline: kernel or tracker, then the brake, then the row.
 
 ``Scans``: the brake assesses each scan, by what its beams or the path of the vehicle run into.
-``Clouds``: a tracker follows what is ahead, and the brake evaluates its estimates. With an outline and a speed, the
-brake assesses the points on the path of the vehicle as well.
+``Clouds``: a tracker follows what is ahead, and the brake evaluates its estimates. With an outline and odometry, or a
+speed, the brake assesses the points on the path of the vehicle instead, as a node does.
 ``Distances``: a tracker follows the distances, and the brake evaluates its estimates.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ttc_fast._core import CloudTracker, DistanceTracker, Minimum, SweptPath, robust_min_x
+from ttc_fast._core import CloudTracker, DistanceTracker, Gate, Minimum, SweptPath, robust_min_x
 from ttc_fast._settings import option
-from ttc_fast.brake import Estimate, Motion
+from ttc_fast.brake import Estimate, EstimateThreshold, Motion, RssDistance
 from ttc_fast.brake.types import Needs
 from ttc_fast.configuration import ConfigurationError
-from ttc_fast.logs import forward_left_up
+from ttc_fast.logs.log import REP_103
 from ttc_fast.replay.controller import ReplayController, motion_of
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.settings import GATE_OPTIONS, SCANNER
+from ttc_fast.sensors.clouds import FAR_AWAY, Placement, only_heights
 from ttc_fast.sensors.scans import Geometry, Scan, ScanKernels
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ttc_fast._core import Gate, ScanTTC, TrackedTTC
+    from ttc_fast._core import ScanTTC, TrackedTTC
     from ttc_fast.brake import Decision
     from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog, Lidar, ScanFrame, ScanLog
+    from ttc_fast.logs.log import Axes
     from ttc_fast.replay.settings import Settings
 
-MOST_SCANS = 64
-"""A range rate remembers at most this many scans."""
 NO_INTERVAL = (math.nan, math.nan)
+OF_ESTIMATES = (EstimateThreshold, RssDistance)
+"""The criteria that are about estimates: for them the tracker is asked beside the path as well."""
 LEAST_CLOSING = 0.1
 """A body that certainly closes at more than this is not the vehicle itself, m/s."""
 
@@ -74,37 +75,14 @@ class Scans:
         self.outline, self.mount = scanner.get("outline"), tuple(scanner.get("mount", (0.0, 0.0, 0.0)))
         self.about = about_scans(log, self.outline, self.mount)
         self.rated = False
-        """Whether the range rate gives the closing speeds."""
-        self._recent: deque[tuple[ScanFrame, float]] = deque(maxlen=MOST_SCANS)
-        """The last frames, for a range rate that is not needed before, and how far the vehicle had turned, rad."""
-        self._heading = 0.0
+        """Whether the range rate gave closing speeds."""
+        if self._configuration.range_rate is None and not log.always_has_speed:
+            self._configuration = replace(self._configuration, range_rate={})  # as in a node
         self.controller = ReplayController(self._configuration, scan=scan)
 
     def scan_of(self, frame: ScanFrame) -> ScanTTC:
         """Return the scanner of a frame."""
         return self._kernels.of(frame.geometry or self._geometry)
-
-    def begin(self, frame: ScanFrame) -> None:
-        """Take the first frame into account: where it has no speed, the range rate gives the closing speeds."""
-        if frame.speed is None:
-            self._rate()
-
-    def _rate(self) -> None:
-        """From now on let the range rate give closing speeds where there is no speed, as it does in a node."""
-        self.rated = True
-        configuration = self._configuration
-        if configuration.range_rate is not None:
-            return  # it has seen every frame
-        before = self.controller.brake
-        self._configuration = replace(configuration, range_rate={})
-        self.controller.brake = after = self._configuration.controller(self._kernels.of(self._geometry))
-        for frame, _ in self._recent:  # it has to have seen the frames before, by the motion that they had
-            data = self._kernels.frame(after, self._scan(frame))
-            after.update(frame.stamp, motion=motion_of(frame), stamp=frame.stamp, **data)
-        rates = after.state()["range_rate"]
-        headings = [heading for _, heading in self._recent]
-        rates = {**rates, "headings": headings[len(headings) - len(rates["headings"]) :]}
-        after.restore({**before.state(), "range_rate": rates})
 
     def _scan(self, frame: ScanFrame) -> Scan:
         return Scan(frame.geometry or self._geometry, frame.time_increment, frame.ranges)
@@ -112,14 +90,8 @@ class Scans:
     def row(self, number: int, frame: ScanFrame) -> Row:
         """Return the row of a frame."""
         stamp, speed = frame.stamp, math.nan if frame.speed is None else frame.speed
-        if self.controller.reset_if_set_back(stamp):
-            self._recent.clear()
-        if not self.rated:
-            if frame.speed is None:
-                self._rate()
-            elif not self._recent or stamp > self._recent[-1][0].stamp:
-                self._heading += frame.yaw_rate * (stamp - self._recent[-1][0].stamp) if self._recent else 0.0
-                self._recent.append((frame, self._heading))
+        self.controller.reset_if_set_back(stamp)
+        self.rated = self.rated or frame.speed is None
         data = self._kernels.frame(self.controller.brake, self._scan(frame))
         decision = self.controller.decide(stamp, motion_of(frame), stamp=stamp, **data)
         command, reason, criterion, threats = decision.command, decision.reason, decision.criterion, decision.threats
@@ -173,7 +145,6 @@ class Clouds:
     rated: ClassVar[bool] = False
 
     def __init__(self, log: CloudLog, settings: Settings) -> None:
-        self._settings = settings
         scanner = settings.of_scanner
         recorded = getattr(log, "mount", None) or (0.0, 0.0, 0.0)
         self.outline, self.mount = scanner.get("outline"), tuple(scanner.get("mount", recorded))
@@ -185,57 +156,62 @@ class Clouds:
             x, y, yaw = self.mount
             self.about.insert(0, ("lidar", f"at x {x:g} m, y {y:g} m, yaw {yaw:g} rad, {mounted}"))
         assumes = self.lidar.vehicle_reach is None and not settings.says_where_gate_begins
-        self._reach = assumed_reach(self.lidar) if assumes else ""
+        reach = assumed_reach(self.lidar) if assumes else ""
         self._within: Gate | None = None
         if assumes and self.lidar.own_reach > 0.0:
             self._within = settings.gate_within(self.lidar)
         self._own_frames, self._own_distance = 0, math.nan
-        self.path: SweptPath | None = None
-        if self.outline is not None:
-            try:
-                self.path = SweptPath(self.outline)
-            except (ValueError, TypeError) as error:
-                raise ConfigurationError(f"outline: {error}") from None
+        said = None if settings.says_axes else getattr(log, "placement", None)
+        self._placement = placement_of(said, scanner.get("mount", recorded), self.gate.axes, "mount" in scanner)
+        self._turns = self._placement is not None and not is_axes(self._placement.turn, self.gate.axes)
+        if self._turns:
+            self.gate = with_axes(self.gate, REP_103)
+            self._within = self._within and with_axes(self._within, REP_103)
+        known_reach = settings.says_where_gate_begins or log.lidar.vehicle_reach is not None
+        self._own_reach = self.gate.x[0] if known_reach else 0.0
+        """How far ahead of the lidar the points of the vehicle itself reach, where that is said, m."""
         self._begin_tracking()
-        self._begin_to_brake()
+        self.path = self._path_of(log)
+        configuration, instead = settings.for_estimates(path=self.path is not None)
+        if self.path is None and self.outline is not None:
+            for each in configuration.criteria or ():
+                if each.needs is Needs.PATH:
+                    raise ConfigurationError(f"{each.name} needs the speed: {option('speed')} says it")
+        self.assumed = "; ".join(filter(None, (reach, instead)))
+        self.controller = ReplayController(configuration, path=self.path)
+        criteria = self.controller.criteria
+        self._estimates = self.path is None or any(isinstance(each, OF_ESTIMATES) for each in criteria)
+
+    def _path_of(self, log: CloudLog) -> SweptPath | None:
+        """Return the path by which clouds are assessed where there are an outline and odometry or a speed."""
+        try:
+            path = None if self.outline is None else SweptPath(self.outline)
+        except (ValueError, TypeError) as error:
+            raise ConfigurationError(f"outline: {error}") from None
+        return path if log.has_speed else None
 
     def _begin_tracking(self) -> None:
         self._tracker = CloudTracker(self.gate, front_offset=self.lidar.front_offset)
         self._near = None if self._within is None else CloudTracker(self._within)
 
-    def _begin_to_brake(self) -> None:
-        configuration, instead = self._settings.for_estimates(path=self.path is not None)
-        if self.path is None and self.outline is not None:
-            for each in configuration.criteria or ():
-                if each.needs is Needs.PATH:
-                    raise ConfigurationError(f"{each.name} needs the speed: {option('speed')} says it")
-        self.assumed = "; ".join(filter(None, (self._reach, instead)))
-        self.controller = ReplayController(configuration, path=self.path)
-
-    def begin(self, frame: CloudFrame) -> None:
-        """Take the first frame into account: with an outline and a speed, points on the path are assessed as well."""
-        if self.path is not None and frame.speed is None:
-            self.path = None
-            self._begin_to_brake()
-
     def row(self, number: int, frame: CloudFrame) -> Row:
         """Return the row of a frame."""
-        stamp = frame.stamp
+        stamp, points = frame.stamp, self._turned(frame.points)
         if self.controller.reset_if_set_back(stamp):
             self._begin_tracking()
-        tracked, gate = self._tracker.update(frame.points, stamp), self.gate
+        tracked, gate = self._tracker.update(points, stamp), self.gate
         if self._near is not None and self._within is not None:
-            near = self._near.update(frame.points, stamp)
+            near = self._near.update(points, stamp)
             if tracked.status is Status.CLEAR or comes_closer(near, tracked):
                 tracked, gate = near, self._within
         own = self._tracker.own_vehicle
         if own is not None:
             self._own_frames, self._own_distance = self._own_frames + 1, own
-        data: dict[str, Any] = {"estimate": Estimate.of(tracked, stamp)}
+        data: dict[str, Any] = {"estimate": Estimate.of(tracked, stamp)} if self._estimates else {}
         if self.path is not None:
             data |= {"points": self.obstacles(frame.points), "stamp": stamp}
         decision = self.controller.decide(stamp, motion_of(frame), **data)
-        plain = robust_min_x(frame.points, gate=gate, estimator=Minimum())
+        plain = robust_min_x(points, gate=gate, estimator=Minimum())
         nearest = max(plain.nearest_x - self.lidar.front_offset, 0.0)
         row = tracked_row(number, stamp, tracked, frame.speed, decision)
         return row._replace(valid=plain.candidates, nearest=nearest)
@@ -250,22 +226,30 @@ class Clouds:
         how = f"{option('front_offset')} says where the vehicle ends, or {option('gate_x')}"
         return [f"{seen}: it was passed over in {count}; {how}"]
 
+    def _turned(self, points: NDArray[Any]) -> NDArray[Any]:
+        """Return the points of the lidar as the gate looks at them: forward is where the vehicle drives."""
+        if not self._turns or self._placement is None:
+            return points
+        turned = self._placement.turned(points)
+        if self.gate.intensity is None:
+            return turned
+        intensity = points["intensity"] if points.dtype.names else points[..., 3]
+        return np.column_stack([turned, intensity.ravel()])
+
     def obstacles(self, points: NDArray[Any]) -> NDArray[Any]:
-        """Return the points at the heights of the gate in the vehicle frame, without those of the vehicle itself."""
-        points = forward_left_up(points, self.gate.axes)[:, :3]
-        (near, _), (right, left), heights = self.gate.x, self.gate.y, self.gate.z
-        counts = ~((points[:, 0] >= 0.0) & (points[:, 0] < near) & (points[:, 1] >= right) & (points[:, 1] <= left))
-        if heights is not None:
-            counts &= (points[:, 2] >= heights[0]) & (points[:, 2] <= heights[1])
-        counts &= points.any(axis=1)  # where nothing came back (0, 0, 0) is stored, which the mount would move
-        points = points[counts]
-        x, y, yaw = self.mount
-        if (x, y, yaw) == (0.0, 0.0, 0.0):
-            return np.ascontiguousarray(points)
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        turned = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]], points.dtype)
-        moved: NDArray[Any] = points @ turned + np.array([x, y, 0.0], points.dtype)
-        return moved
+        """Return the points in the vehicle frame, as a node has them, of which those at the heights of the gate count.
+
+        The others, and those of the vehicle itself where it is said how far it reaches, are moved far away.
+        """
+        placed = self._placement
+        x, y, z = (0.0, 0.0, 0.0) if placed is None else placed.shift
+        low, high = self.gate.z or (-math.inf, math.inf)
+        cloud = only_heights(points if placed is None else placed.placed(points), low + z, high + z)
+        if self._own_reach > 0.0:
+            ahead, (right, left) = cloud[:, 0] - x, self.gate.y
+            own = (ahead >= 0.0) & (ahead < self._own_reach) & (cloud[:, 1] >= right + y) & (cloud[:, 1] <= left + y)
+            cloud[own & cloud.any(axis=1), :2] = FAR_AWAY
+        return cloud
 
 
 class Distances:
@@ -290,9 +274,6 @@ class Distances:
         self._tracker = DistanceTracker()
         configuration, self.assumed = settings.for_estimates(path=False)
         self.controller = ReplayController(configuration)
-
-    def begin(self, frame: DistanceFrame) -> None:
-        """Do nothing: the first frame of a table decides nothing."""
 
     def row(self, number: int, frame: DistanceFrame) -> Row:
         """Return the row of a frame."""
@@ -335,6 +316,36 @@ def tracked_row(number: int, stamp: float, tracked: TrackedTTC, speed: float | N
         math.nan if path is None else path.range,
         math.nan if path is None else path.angle,
     )
+
+
+def placement_of(said: Placement | None, mount: Any, axes: Axes, by_user: bool) -> Placement | None:
+    """Return where stored points are in the vehicle frame: by the transforms of the log, or by axes and mount.
+
+    ``said`` is what the transforms say, which a mount of the user replaces. It is None where points are stored so.
+    """
+    if said is not None and not by_user:
+        return said
+    x, y, yaw = mount
+    stored, cos, sin = stored_axes(axes), math.cos(yaw), math.sin(yaw)
+    if (x, y, yaw) == (0.0, 0.0, 0.0) and axes == REP_103:
+        return None
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return Placement(turn @ stored, np.array([x, y, 0.0]))
+
+
+def stored_axes(axes: Axes) -> NDArray[np.float64]:
+    """Return the rotation that turns stored points into forward, left and up."""
+    return np.array([[(-1.0 if axis[0] == "-" else 1.0) * (axis[-1] == name) for name in "xyz"] for axis in axes])
+
+
+def is_axes(turn: NDArray[np.float64], axes: Axes) -> bool:
+    """Return whether a rotation only says which stored coordinates are forward, left and up."""
+    return bool(np.allclose(turn, stored_axes(axes), rtol=0.0, atol=1e-9))
+
+
+def with_axes(gate: Gate, axes: Axes) -> Gate:
+    """Return a gate with the same bounds on points of other axes."""
+    return Gate(**(gate.__getnewargs_ex__()[1] | {"axes": axes}))
 
 
 def with_bumper(lidar: Lidar, outline: Any, mount: Any) -> Lidar:

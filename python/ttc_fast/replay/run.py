@@ -191,16 +191,11 @@ class Replay:
             kind = Clouds
         settings.refuse_useless(self.log.path, kind.name, kind.uses)
         self.pipeline: Any = kind(self.log, settings)
-        self.summary = Summary(str(self.log.path), TTC_THRESHOLD, settings.sensor_timeout)
-        self._take_criteria()
+        self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
+        self.summary = Summary(str(self.log.path), self.threshold, settings.sensor_timeout)
+        self.summary.assumed = "; ".join(filter(None, (self.log.assumed, self.pipeline.assumed)))
         self.series = Series()
         self.key_frame: tuple[Row, Any] | None = None
-
-    def _take_criteria(self) -> None:
-        """Note by which criteria the pipeline decides."""
-        self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
-        self.summary.threshold = self.threshold
-        self.summary.assumed = "; ".join(filter(None, (self.log.assumed, self.pipeline.assumed)))
 
     def __iter__(self) -> Iterator[Row]:
         pipeline, summary, series = self.pipeline, self.summary, self.series
@@ -208,9 +203,6 @@ class Replay:
         frame: Any = None
         try:
             for number, each in enumerate(self.log):
-                if number == 0:
-                    pipeline.begin(each)
-                    self._take_criteria()
                 before, frame = frame, each
                 row = row_of(number, frame)
                 key_frame = take(row)

@@ -14,6 +14,7 @@ from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.brake.types import Needs
 from ttc_fast.configuration import Configuration, ConfigurationError
 from ttc_fast.logs import LogError
+from ttc_fast.logs.log import REP_103
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -122,6 +123,12 @@ class Settings:
     def says_where_gate_begins(self) -> bool:
         """Whether the user says which points ahead count."""
         return "x" in self.gate or self.configuration.gate is not None
+
+    @property
+    def says_axes(self) -> bool:
+        """Whether the user says which stored coordinates are forward, left and up."""
+        gate = self.configuration.gate
+        return self.log_options.get("axes") is not None or (gate is not None and gate.axes != REP_103)
 
     def gate_of(self, lidar: Lidar) -> Gate:
         """Return the gate: by the options, as configured, or else the lane ahead at the height of vehicles."""

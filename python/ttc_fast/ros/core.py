@@ -8,27 +8,22 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.lib import recfunctions
-
 from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
 from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.brake.state import CLOCK_TOLERANCE
-from ttc_fast.pointcloud2 import read_pointcloud2
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
 from ttc_fast.ros_messages import Commanded, Transform
 from ttc_fast.sensors.clock import ANOTHER_CLOCK, SET_BACK, Stamps
+from ttc_fast.sensors.clouds import CloudReader, Placement, only_heights
 from ttc_fast.sensors.frames import MixedError, SensorChoice, frame_of
 from ttc_fast.sensors.oddities import Tally, say_on_console
 from ttc_fast.sensors.odometry import OdometryReader
 from ttc_fast.sensors.scans import Geometry, ScanKernels, ScanReader
-from ttc_fast.sensors.transforms import Transforms, in_vehicle_frame, is_level, is_optical
+from ttc_fast.sensors.transforms import Transforms, is_level
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-
-    from numpy.typing import NDArray
 
     from ttc_fast.brake import BrakeController, Decision
     from ttc_fast.ros.settings import NodeSettings
@@ -45,8 +40,6 @@ SCAN, CLOUD = "scan", "cloud"
 """The sources of frames. Each has its own controller, votes and watchdog: they come at different times and rates."""
 NO_SCAN = Geometry(0.0, 0.1, 2, 0.0, math.inf)
 """The geometry of a scanner until the first scan comes."""
-FAR_AWAY = 1e6
-"""m: a distance further than anything drives within the horizon."""
 
 
 class BrakeNode:
@@ -81,6 +74,7 @@ class BrakeNode:
         settings = settings.resolved()
         self._dropped, self._odd = Tally(say_on_console), Tally(say_on_console)
         self._scans = ScanReader(settings.scan_topic, self._odd)
+        self._clouds = CloudReader(settings.points_topic, self._odd)
         self._controllers: dict[str, BrakeController] = {}
         self._transforms = Transforms()
         self._kernels: ScanKernels
@@ -269,15 +263,11 @@ class BrakeNode:
         message without points gives an empty cloud, which is no free space. A message that cannot be used is counted,
         and so is what is odd about one that can.
         """
-        topic = self.settings.points_topic
         try:
             frame_id = frame_of(message)
             if not self._sensors[CLOUD].accepts(frame_id):
                 return None
-            points, oddities = read_pointcloud2(message, intensity=None)
-            for part, text in oddities.items():
-                self._odd.count(f"{topic}, {part}", text)
-            return self._in_vehicle_frame(points, frame_id or "")
+            return self._in_vehicle_frame(self._clouds.read(message, intensity=None), frame_id or "")
         except UNREADABLE as error:
             self._drop(CLOUD, error)
             return None
@@ -285,16 +275,15 @@ class BrakeNode:
     def _in_vehicle_frame(self, points: Any, frame_id: str) -> Any:
         """Return points of a frame in that of the vehicle, if it is known where that frame is."""
         mount = self._mount_of(CLOUD, frame_id)
-        if mount is None and not is_optical(frame_id):
+        placement = Placement.of(mount, frame_id)
+        if placement is None:
             if frame_id.lstrip("/") not in ("", self.settings.base_frame):
                 why = f"{frame_id} is placed by no static transform, and taken for {self.settings.base_frame}"
                 self._odd.count(f"{self.settings.points_topic}, frame", why)
             return points
         how = "has z forward, x right, y down" if mount is None else f"is {mount.text}"
         self._odd.count(f"{self.settings.points_topic}, frame", f"{frame_id} {how}")
-        if points.dtype.names:
-            points = recfunctions.structured_to_unstructured(points[["x", "y", "z"]])
-        return in_vehicle_frame(points, mount, frame_id)
+        return placement.placed(points)
 
     def tick(self, now: float) -> Outputs:
         """Decide without new data, which notices data that stopped. An adapter calls it every ``watchdog_period``."""
@@ -438,46 +427,6 @@ def motion_asked_for(commanded: Commanded, wheelbase: float) -> Motion:
     """
     bend = math.tan(commanded.steering_angle) / wheelbase if wheelbase else 0.0
     return Motion(commanded.speed, commanded.yaw_rate + commanded.speed * bend, commanded.lateral_speed)
-
-
-def only_heights(points: Any, low: float, high: float) -> NDArray[np.floating[Any]]:
-    """Return a copy of a cloud in which only the points between two heights are in the way.
-
-    The other points are moved far away, not removed: the sensor saw them, so it is not blind, and the indices stay.
-
-    Parameters
-    ----------
-    points : array_like, shape (N, 3 or more) or (H, W, 3 or more), or records with x, y and z of shape (N,) or (H, W)
-        The cloud, m; an organised one is taken row by row.
-    low, high : float
-        The least and the greatest z of the points that are in the way, m.
-
-    Returns
-    -------
-    ndarray, shape (N, 3) or (H * W, 3)
-
-    Raises
-    ------
-    ValueError
-        If the cloud has another shape.
-
-    Examples
-    --------
-    >>> from ttc_fast.ros.core import only_heights
-    >>> only_heights([[3.0, 0.0, 0.5], [2.0, 0.0, 0.0], [0.0, 0.0, 0.0]], 0.1, 2.0)[:, 0]
-    array([3.e+00, 1.e+06, 0.e+00])
-    """
-    points = np.asarray(points)
-    if points.dtype.names:
-        points = recfunctions.structured_to_unstructured(points[["x", "y", "z"]])
-    if points.ndim not in (2, 3) or points.shape[-1] < 3:
-        raise ValueError(f"points must be rows x, y, z, or rows of them, got an array of shape {points.shape}")
-    cloud = np.array(points[..., :3]).reshape(-1, 3)
-    z = cloud[:, 2]
-    aside = (z < low) | (z > high)
-    aside &= np.isfinite(cloud).all(axis=1) & (cloud != 0.0).any(axis=1)  # other rows are no points
-    cloud[aside, :2] = FAR_AWAY
-    return cloud
 
 
 def on_transforms(node: BrakeNode, message: Any) -> None:

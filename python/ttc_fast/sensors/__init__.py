@@ -12,8 +12,9 @@ these fields in their own ways. Node and replay hand every message to the same o
 ``scans``
     Where do the beams of a scan point? Each scan says it for itself. The kernels of a geometry are made once and kept,
     and the brake goes on with what it remembers when the geometry changes.
-``ttc_fast.pointcloud2``
-    Where do the points of a cloud lie in its message, and which of their bytes are x, y and z?
+``clouds``, by ``ttc_fast.pointcloud2``
+    Where do the points of a cloud lie in its message, and which of their bytes are x, y and z? Where are they in the
+    frame of the vehicle, and which of them are at the height of obstacles?
 ``odometry``
     How does the vehicle move? A twist that nobody filled in is derived from the poses, and one that contradicts the
     poses of the same odometry is corrected if it is of the frame of the world, and is not used otherwise.

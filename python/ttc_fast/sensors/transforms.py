@@ -145,15 +145,3 @@ def turn_of(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
             [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
         ]
     )
-
-
-def in_vehicle_frame(points: NDArray[Any], mount: Mount | None, frame: str) -> NDArray[Any]:
-    """Return rows x, y, z of a sensor in the frame of the vehicle; what is no point is NaN."""
-    rows = points.reshape(-1, points.shape[-1])[:, :3].astype(np.float64)
-    nothing = ~rows.any(axis=1)  # where nothing came back (0, 0, 0) is stored, which would be moved
-    if is_optical(frame):
-        rows = rows @ FROM_OPTICAL.T
-    if mount is not None:
-        rows = rows @ mount.turn.T + mount.shift
-    rows[nothing] = np.nan
-    return rows
