@@ -89,6 +89,15 @@ def test_a_criterion_beside_one_for_estimates_is_left_out_and_said(table: Path, 
     assert replay.pipeline.controller.criteria == (EstimateThreshold(0.9),)
 
 
+def test_settings_of_another_shape_are_refused_by_name() -> None:
+    for settings in ({"log_options": (1.0,)}, {"gate": None}, {"gate": {"x": 1.0}}, {"gate": {"y": (1.0, 2.0, 3.0)}}):
+        name = next(iter(settings))
+        with pytest.raises((TypeError, ValueError), match=name):
+            Settings(**settings)
+    with pytest.raises(ValueError, match=r"gate has no setting 'heigth': "):
+        Settings(gate={"heigth": (0.0, 1.0)})
+
+
 def test_a_criterion_of_an_option_is_refused_with_a_remedy(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for log in (table, CLOUDS):
         with pytest.raises(ConfigurationError, match=r"IttcThreshold needs a scan: .* use EstimateThreshold"):

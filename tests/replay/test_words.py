@@ -1,12 +1,14 @@
 """What the command line says: options as they are typed, what a mistake may have meant, and nothing of Python."""
 
+import math
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.support.bags import Scan, write
+from tests.support.bags import Odom, Scan, write
 from ttc_fast._settings import ON_COMMAND_LINE, settings_of
 from ttc_fast.cli import main
 from ttc_fast.logs import LogError, LogOptions, open_log
@@ -103,6 +105,29 @@ def test_a_table_of_criteria_that_should_be_a_list_is_named(tmp_path: Path, caps
     code, text = said(["replay", SCANS, "--config", str(tmp_path / "car.toml")], capsys)
     assert code == 2
     assert "write [[criteria]] instead of [criteria]" in text
+
+
+def test_what_was_lost_is_said_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ranges = np.full(64, 4.0, np.float32)
+    items = [each for i in range(60) for each in (Odom(i / 40, i / 40, speed=math.inf), Scan(i / 40, i / 40, ranges))]
+    path = write(tmp_path, "bag", items)
+    assert main(["replay", str(path), "--rows", "0"]) == 5
+    told = capsys.readouterr()
+    assert (told.out + told.err).count("is not finite") == 1
+    assert "odometry at 0.000 s is not finite, and 59 more like it. The 60 frames" in told.err
+    assert "lost        a part of the log; the message on standard error says which" in told.out
+
+
+def test_odometry_that_is_refused_is_not_called_old_as_well(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It moves as its twist says for a second, and then the other way."""
+    x, items = 0.0, list[Odom | Scan]()
+    for i in range(160):
+        x += 0.05 if i < 40 else -0.05
+        items += [Odom(i / 40, i / 40, x=x, speed=2.0), Scan(i / 40, i / 40, np.full(64, 4.0, np.float32))]
+    assert main(["replay", str(write(tmp_path, "bag", items)), "--rows", "0"]) == 0
+    said = capsys.readouterr().out
+    assert "/odom, twist" in said
+    assert "/odom, clock" not in said
 
 
 HURRIED = """

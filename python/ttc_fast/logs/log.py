@@ -9,6 +9,7 @@ on the way, and raises one ``LogError`` after the last frame.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, runtime_checkable
@@ -56,21 +57,25 @@ class ReadErrors:
         self.path = path
         self.part = ""
         """The file that is being read, where the log has several."""
-        self._first: list[str] = []
-        self._count = 0
+        self._first: dict[str, list[Any]] = {}
+        self._more = 0
 
     def add(self, problem: str) -> None:
         """Note an error: where it is, what is wrong there, and what is lost by it."""
-        self._count += 1
-        if self._count <= 3:  # a log that is damaged all over must not fill the memory
-            self._first.append(f"{self.part}: {problem}" if self.part else problem)
+        problem = f"{self.part}: {problem}" if self.part else problem
+        kind = re.sub(r"[\d.]+", "", problem)  # those that differ in a time or a place are of one kind
+        if kind in self._first or len(self._first) < 3:  # a log that is damaged all over must not fill the memory
+            self._first.setdefault(kind, [problem, 0])[1] += 1
+        else:
+            self._more += 1
 
     def raise_if_any(self, frames: int) -> None:
         """Raise ``LogError`` if there were any errors; ``frames`` is how many frames could be read."""
-        if not self._count:
+        if not self._first:
             return
-        more = f"; and {self._count - len(self._first)} more" if self._count > len(self._first) else ""
-        raise LogError(self.path, f"{'; '.join(self._first)}{more}. The {frames} frames that could be read were given")
+        first = [f"{problem}, and {n - 1} more like it" if n > 1 else problem for problem, n in self._first.values()]
+        more = f"; and {self._more} more" if self._more else ""
+        raise LogError(self.path, f"{'; '.join(first)}{more}. The {frames} frames that could be read were given")
 
 
 def need(package: str, path: Path) -> ModuleType:

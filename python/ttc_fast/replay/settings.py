@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast import _settings
 from ttc_fast._core import Gate
-from ttc_fast._settings import option
+from ttc_fast._settings import hint, option
 from ttc_fast.brake import EstimateThreshold
 from ttc_fast.brake.criteria import TtcThreshold
 from ttc_fast.brake.settings import BrakeSettings
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 SCANNER = ("range_min", "range_max", "mount", "outline")
 GATE = ("x", "y", "z", "intensity")
+BOUNDS = {each.name: each for each in _settings.GATE if each.name in GATE}
 GATE_OPTIONS = tuple(f"gate_{name}" for name in GATE)
 NEEDED = {Needs.BEAMS: "a scan", Needs.PATH: "a scan, or a cloud with an outline and a speed"}
 LANE = (-2.0, 2.0)  # m, left of the sensor
@@ -58,6 +60,15 @@ class Settings:
     log_options: dict[str, Any] = field(default_factory=dict)
     gate: dict[str, tuple[float, float]] = field(default_factory=dict)
     criteria: tuple[Criterion, ...] | None = None
+
+    def __post_init__(self) -> None:
+        for name, table in (("log_options", self.log_options), ("gate", self.gate)):
+            if not isinstance(table, dict):
+                raise TypeError(f"{name} must be a dict of settings, got {table!r}")
+        for name, bounds in self.gate.items():
+            if name not in BOUNDS:
+                raise ValueError(f"gate has no setting {name!r}: {hint(str(name), BOUNDS)}")
+            BOUNDS[name].kind.check(f"gate: {name}", bounds)
 
     @property
     def of_log(self) -> dict[str, Any]:

@@ -189,7 +189,7 @@ def _found(summary: Summary) -> Iterator[tuple[str, str]]:
     for each in summary.odd:
         yield "odd", each
     if summary.lost:
-        yield "lost", summary.lost
+        yield "lost", "a part of the log; the message on standard error says which"
 
 
 def _when(row: Row) -> str:

@@ -303,6 +303,8 @@ class Odometer:
         self._max_age = MAX_AGE if max_age is None else max_age
         self._reader = OdometryReader() if reader is None else reader
         self._recent: deque[tuple[float, Twist, bool]] = deque(maxlen=KEPT)
+        self._last_unknown = -math.inf
+        """The stamp of the last odometry that was refused or has no known twist, which is said where it is read."""
 
     def update(
         self,
@@ -318,9 +320,11 @@ class Odometer:
 
         ``came`` says that the stamp is only when it came, so that no frame which comes later is older.
         """
+        last_unknown, self._last_unknown = self._last_unknown, stamp  # unless what follows knows it
         twist = self._reader.read(stamp, pose, speed, yaw_rate, lateral_speed)
         if twist is not None:
             self._recent.append((stamp, twist, came))
+            self._last_unknown = last_unknown
 
     def at(self, stamp: float) -> Motion:
         """Return the latest motion that is not newer than the stamp."""
@@ -331,7 +335,7 @@ class Odometer:
                 motion = Motion(None, 0.0, age)
                 if age <= self._max_age:
                     motion = Motion(twist.speed, twist.yaw_rate, age, twist.lateral_speed)
-                else:
+                elif not then < self._last_unknown <= stamp:
                     self._reader.not_used(f"is {age:.3g} s older than the frame, so the speed is unknown")
                 break
         else:
