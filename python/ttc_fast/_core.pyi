@@ -483,18 +483,44 @@ class RangeRate(_Remembers):
 class ScanSweptPath(_Value):
     def __new__(cls, scan: ScanTTC, *, horizon: _Number = 5.0) -> Self: ...
     @overload
-    def min(self, ranges: _Scan, speed: _Number, yaw_rate: _Number = 0.0, lateral_speed: _Number = 0.0) -> float: ...
+    def min(
+        self,
+        ranges: _Scan,
+        speed: _Number,
+        yaw_rate: _Number = 0.0,
+        lateral_speed: _Number = 0.0,
+        *,
+        path: ArrayLike | None = None,
+    ) -> float: ...
     @overload
     def min(
-        self, ranges: _Scans, speed: ArrayLike, yaw_rate: ArrayLike = 0.0, lateral_speed: ArrayLike = 0.0
+        self,
+        ranges: _Scans,
+        speed: ArrayLike,
+        yaw_rate: ArrayLike = 0.0,
+        lateral_speed: ArrayLike = 0.0,
+        *,
+        path: ArrayLike | None = None,
     ) -> NDArray[np.float64]: ...
     @overload
     def nearest(
-        self, ranges: _Scan, speed: _Number, yaw_rate: _Number = 0.0, lateral_speed: _Number = 0.0
+        self,
+        ranges: _Scan,
+        speed: _Number,
+        yaw_rate: _Number = 0.0,
+        lateral_speed: _Number = 0.0,
+        *,
+        path: ArrayLike | None = None,
     ) -> Nearest: ...
     @overload
     def nearest(
-        self, ranges: _Scans, speed: ArrayLike, yaw_rate: ArrayLike = 0.0, lateral_speed: ArrayLike = 0.0
+        self,
+        ranges: _Scans,
+        speed: ArrayLike,
+        yaw_rate: ArrayLike = 0.0,
+        lateral_speed: ArrayLike = 0.0,
+        *,
+        path: ArrayLike | None = None,
     ) -> NearestBatch: ...
     @overload
     def per_beam(
@@ -504,6 +530,7 @@ class ScanSweptPath(_Value):
         yaw_rate: ArrayLike = 0.0,
         lateral_speed: ArrayLike = 0.0,
         *,
+        path: ArrayLike | None = None,
         out: NDArray[_FloatT] | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> NDArray[_FloatT]: ...
@@ -515,6 +542,7 @@ class ScanSweptPath(_Value):
         yaw_rate: ArrayLike = 0.0,
         lateral_speed: ArrayLike = 0.0,
         *,
+        path: ArrayLike | None = None,
         out: NDArray[_Float] | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> NDArray[Any]: ...
@@ -694,18 +722,44 @@ class SweptPath(_Value):
         no_data: _Number | None = None,
     ) -> Self: ...
     @overload
-    def min(self, points: _Plane, speed: _Number, yaw_rate: _Number = 0.0, lateral_speed: _Number = 0.0) -> float: ...
+    def min(
+        self,
+        points: _Plane,
+        speed: _Number,
+        yaw_rate: _Number = 0.0,
+        lateral_speed: _Number = 0.0,
+        *,
+        path: ArrayLike | None = None,
+    ) -> float: ...
     @overload
     def min(
-        self, points: _Planes, speed: ArrayLike, yaw_rate: ArrayLike = 0.0, lateral_speed: ArrayLike = 0.0
+        self,
+        points: _Planes,
+        speed: ArrayLike,
+        yaw_rate: ArrayLike = 0.0,
+        lateral_speed: ArrayLike = 0.0,
+        *,
+        path: ArrayLike | None = None,
     ) -> NDArray[np.float64]: ...
     @overload
     def nearest(
-        self, points: _Plane, speed: _Number, yaw_rate: _Number = 0.0, lateral_speed: _Number = 0.0
+        self,
+        points: _Plane,
+        speed: _Number,
+        yaw_rate: _Number = 0.0,
+        lateral_speed: _Number = 0.0,
+        *,
+        path: ArrayLike | None = None,
     ) -> NearestPoint: ...
     @overload
     def nearest(
-        self, points: _Planes, speed: ArrayLike, yaw_rate: ArrayLike = 0.0, lateral_speed: ArrayLike = 0.0
+        self,
+        points: _Planes,
+        speed: ArrayLike,
+        yaw_rate: ArrayLike = 0.0,
+        lateral_speed: ArrayLike = 0.0,
+        *,
+        path: ArrayLike | None = None,
     ) -> NearestPointBatch: ...
     @overload
     def per_point(
@@ -715,6 +769,7 @@ class SweptPath(_Value):
         yaw_rate: ArrayLike = 0.0,
         lateral_speed: ArrayLike = 0.0,
         *,
+        path: ArrayLike | None = None,
         out: NDArray[_FloatT] | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> NDArray[_FloatT]: ...
@@ -726,6 +781,7 @@ class SweptPath(_Value):
         yaw_rate: ArrayLike = 0.0,
         lateral_speed: ArrayLike = 0.0,
         *,
+        path: ArrayLike | None = None,
         out: NDArray[_Float] | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> NDArray[Any]: ...

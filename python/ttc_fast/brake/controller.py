@@ -205,6 +205,7 @@ class BrakeController:
         commanded: Motion | float | None = None,
         override: bool = False,
         time_increment: float | None = None,
+        path: Any = None,
     ) -> Decision:
         """Decide with what is new.
 
@@ -233,6 +234,11 @@ class BrakeController:
         time_increment : float, optional
             Time between two beams of this scan, s, where the scanner measures it anew in each scan. The default is that
             of the constructor.
+        path : array_like, shape (N, 2), or callable, optional
+            Where the vehicle will go, with this frame: points in its present frame, m, as ``SweptPath.min`` takes them,
+            or a function that returns such points for ways along the path, an array of shape (N,) in m. The frame is
+            assessed along it instead of the present arc, at the speed of ``motion``. Where it leads the other way than
+            the vehicle moves, and where there is no odometry, it does not count. It needs an outline.
 
         Returns
         -------
@@ -255,7 +261,7 @@ class BrakeController:
         now = finite("now", now)
         override = override if type(override) is bool else flag("override", override)
         with self._lock:  # nothing is remembered before the vote, so that a call that raises changes nothing
-            newest, frame = self._receive(now, ranges, points, stamp, motion, estimate, commanded, time_increment)
+            newest, frame = self._receive(now, ranges, points, stamp, motion, estimate, commanded, time_increment, path)
             assessed = BETWEEN_FRAMES if frame is None else self._assess(frame)
             self._vote(newest, frame, assessed)
             state, settings = self._state, self._settings
@@ -274,6 +280,7 @@ class BrakeController:
         estimate: Any,
         commanded: Any,
         time_increment: Any,
+        path: Any,
     ) -> tuple[Newest, Frame | None]:
         """Check what came; return the newest odometry and estimate, and the frame if one came."""
         state, settings = self._state, self._settings
@@ -310,7 +317,9 @@ class BrakeController:
         else:
             return newest, None
         fresh = newest_motion if is_fresh(motion_at, now, settings.motion_timeout) else None
-        return newest, Frame(now, stamp, ranges, points, estimate, fresh, commanded, between)
+        if path is not None:
+            path = self._assessment.checked_path(path, fresh)
+        return newest, Frame(now, stamp, ranges, points, estimate, fresh, commanded, between, path)
 
     def _assess(self, frame: Frame) -> Assessed:
         """Assess the threats of a frame, and evaluate them by every criterion."""

@@ -43,6 +43,8 @@ class Frame:
         What the vehicle would do if it were not braked, where that is given.
     time_increment : float
         The time between two beams of the scan, s.
+    path : ndarray, shape (N, 2), or None
+        The points that the vehicle will follow, m, where they are given.
     """
 
     now: float
@@ -53,12 +55,16 @@ class Frame:
     motion: Motion | None
     commanded: Motion | None
     time_increment: float
+    path: NDArray[np.float64] | None = None
 
 
 PATH = Source.PATH  # a name is looked up faster than the member of an enumeration
 UNKNOWN = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
 """The statuses of a range rate that knows no closing speed."""
 
+
+POINTS = 50
+"""The number of points that a path which is a function is asked for."""
 
 FEW = 20
 """A scan that has one beam in this many more or less, or is as much wider, is read by the beams of the range rate."""
@@ -153,6 +159,23 @@ class ThreatAssessment:
         seen[beams < 0] = np.nan
         return seen
 
+    def checked_path(self, path: Any, motion: Motion | None) -> NDArray[np.float64]:
+        """Return the points of a planned path; a function of the way is asked for as far as the horizon."""
+        if not self.has_path:
+            raise ValueError("path needs an outline: give one to the scan, or give a path that reads points")
+        if callable(path):
+            horizon = self._horizon if self.path is None else self.path.horizon
+            path = path(np.linspace(0.0, max(1.0, horizon * abs(motion.speed if motion else 0.0)), POINTS))
+        try:
+            points = np.ascontiguousarray(path, np.float64)
+        except (TypeError, ValueError):
+            raise TypeError(f"path must be points, of shape (N, 2), or a function of the way, got {path!r}") from None
+        if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
+            raise ValueError(f"path must have shape (N, 2), N at least 2, got {points.shape}")
+        if not np.isfinite(points).all():
+            raise ValueError("path must be finite: some of its points are not")
+        return points
+
     def assess(self, frame: Frame) -> Threats:
         """Return the threats of a new frame: by the vehicle's motion, or else by the range rate, which takes it up."""
         if self.only_estimates:
@@ -180,10 +203,13 @@ class ThreatAssessment:
         seen: Any = None
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
+        way: dict[str, Any] = {}
+        if frame.path is not None and leads(frame.path, speed):
+            yaw_rate, lateral_speed, over_ground, way = 0.0, 0.0, abs(speed), {"path": frame.path}
         if frame.points is not None:
             if self.path is None:
                 raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
-            seen = self.path.nearest(frame.points, speed, yaw_rate, lateral_speed)
+            seen = self.path.nearest(frame.points, speed, yaw_rate, lateral_speed, **way)
             if type(seen) is NearestPointBatch:
                 raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
             angle, distance = math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
@@ -192,10 +218,10 @@ class ThreatAssessment:
             if self.scan is None:
                 raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
             if self._needs_beams:
-                seen = self.scan.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
+                seen = self.scan.nearest(frame.ranges, *motion[:3])
                 beams = self._beam_threat(Source.BEAMS, frame, seen)
             if self._needs_path and self._scan_path is not None:
-                seen = self._scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed)
+                seen = self._scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed, **way)
                 beam = seen.beam
                 path = path_threat(seen, beam, seen.angle, seen.range, over_ground, self._age(frame, beam))
         estimate, is_sure = (None, False) if frame.estimate is None else estimated_threat(frame)
@@ -236,6 +262,11 @@ class ThreatAssessment:
             raise ValueError("state must be that of a controller with a range_rate where this one has it, or without")
         if self.range_rate is not None:
             self.range_rate.restore(state)
+
+
+def leads(path: NDArray[np.float64], speed: float) -> bool:
+    """Return whether a path leads the way that the vehicle drives."""
+    return speed != 0.0 and bool(path[1, 0] < path[0, 0]) == (speed < 0.0)
 
 
 def path_threat(seen: Any, index: int, angle: float, distance: float, speed: float, age: float) -> Threat:

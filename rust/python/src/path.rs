@@ -3,7 +3,7 @@
 use crate::array::{empty, output_apart, refuse_same_memory};
 use crate::macros::{for_each_type, results, settings};
 use crate::points::Frames;
-use crate::scan_query::{MotionArguments, Motions};
+use crate::scan_query::{MotionArguments, Motions, path_points};
 use crate::util::run::{level, release};
 use crate::util::{check_no_data, no_data, value_error, value_error_in_row};
 use numpy::PyArray1;
@@ -11,7 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 use ttc_fast_core::column::TableMut;
-use ttc_fast_core::path;
+use ttc_fast_core::path::{self, PlannedPath};
 use ttc_fast_core::points::Points;
 use ttc_fast_core::real::Real;
 use ttc_fast_core::vehicle::{Motion, Outline};
@@ -113,6 +113,9 @@ impl SweptPath {
     ///     Yaw rate, counter-clockwise, rad/s.
     /// lateral_speed : float, or (B,) for a batch
     ///     Speed of the vehicle's origin to the left, m/s.
+    /// path : array_like, shape (N, 2), optional
+    ///     Points that the vehicle's origin will follow, m, in its present frame, instead of a motion that stays as it
+    ///     is; for a batch, one path for all rows. Then only ``speed`` says how the vehicle moves. See the notes.
     ///
     /// Returns
     /// -------
@@ -126,7 +129,18 @@ impl SweptPath {
     /// TypeError
     ///     If ``points`` has another dtype, or a motion is not a number.
     /// ValueError
-    ///     If ``points`` has another shape, or a motion is not finite.
+    ///     If ``points`` has another shape, or a motion is not finite. If ``path`` is not of shape (N, 2), has fewer than
+    ///     two places or one that is not finite, starts farther from the origin than the vehicle is long, turns by 90
+    ///     degrees or more at a point, leads forward while ``speed`` is negative or the other way round, or comes with a
+    ///     yaw rate or a lateral speed.
+    ///
+    /// Notes
+    /// -----
+    /// Along a ``path`` the time is the way along its points over the speed. The vehicle points along the path: from
+    /// point to point it moves by a constant twist, as on a circle, so that the outline turns steadily. A path that
+    /// leads backwards at first is driven in reverse. What the first point is off the vehicle's origin fades over
+    /// two lengths of the vehicle, so that a planner's line may run beside it. On pieces longer than three lengths the
+    /// vehicle turns near their ends and is straight between. Beyond its end it goes straight on along its last heading.
     ///
     /// Examples
     /// --------
@@ -136,8 +150,10 @@ impl SweptPath {
     /// 1.0
     /// >>> path.min(np.array([[2.4, 0.1]]), -2.0)
     /// inf
-    #[pyo3(signature = (points, speed, yaw_rate=None, lateral_speed=None),
-           text_signature = "($self, points, speed, yaw_rate=0.0, lateral_speed=0.0)")]
+    /// >>> path.min(np.array([[2.4, 0.1]]), 2.0, path=[[0.0, 0.0], [0.5, 0.1], [1.0, 0.3], [1.5, 0.7]])  # it turns away
+    /// inf
+    #[pyo3(signature = (points, speed, yaw_rate=None, lateral_speed=None, *, path=None),
+           text_signature = "($self, points, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None)")]
     fn min<'py>(
         &self,
         py: Python<'py>,
@@ -145,9 +161,12 @@ impl SweptPath {
         speed: &Bound<'py, PyAny>,
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
+        path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (frames, motions) = self.look(points, MotionArguments { speed, yaw_rate, lateral_speed })?;
-        let each = for_each_type!(frames.points(), points => self.min_each(py, &points, &motions, frames.is_batch()))?;
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let plan = self.plan(path, &motion)?;
+        let (frames, motions) = self.look(points, motion, plan.as_ref())?;
+        let each = for_each_type!(frames.points(), points => self.min_each(py, &points, &motions, plan.as_ref(), frames.is_batch()))?;
         Ok(if frames.is_batch() {
             PyArray1::from_vec(py, each).into_any()
         } else {
@@ -159,7 +178,7 @@ impl SweptPath {
     ///
     /// Parameters
     /// ----------
-    /// points, speed, yaw_rate, lateral_speed
+    /// points, speed, yaw_rate, lateral_speed, path
     ///     These are as in ``min``.
     ///
     /// Returns
@@ -180,8 +199,8 @@ impl SweptPath {
     /// >>> nearest = path.nearest(np.array([[2.4, 0.1], [1.4, 0.2]]), 2.0)
     /// >>> nearest.index, nearest.x, round(nearest.clearance, 3), nearest.closing_speed
     /// (0, 2.4, 2.0, 2.0)
-    #[pyo3(signature = (points, speed, yaw_rate=None, lateral_speed=None),
-           text_signature = "($self, points, speed, yaw_rate=0.0, lateral_speed=0.0)")]
+    #[pyo3(signature = (points, speed, yaw_rate=None, lateral_speed=None, *, path=None),
+           text_signature = "($self, points, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None)")]
     fn nearest<'py>(
         &self,
         py: Python<'py>,
@@ -189,9 +208,12 @@ impl SweptPath {
         speed: &Bound<'py, PyAny>,
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
+        path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (frames, motions) = self.look(points, MotionArguments { speed, yaw_rate, lateral_speed })?;
-        let each = for_each_type!(frames.points(), points => self.nearest_each(py, &points, &motions))?;
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let plan = self.plan(path, &motion)?;
+        let (frames, motions) = self.look(points, motion, plan.as_ref())?;
+        let each = for_each_type!(frames.points(), points => self.nearest_each(py, &points, &motions, plan.as_ref()))?;
         Ok(if frames.is_batch() {
             Bound::new(py, NearestPointBatch(each))?.into_any()
         } else {
@@ -205,7 +227,7 @@ impl SweptPath {
     ///
     /// Parameters
     /// ----------
-    /// points, speed, yaw_rate, lateral_speed
+    /// points, speed, yaw_rate, lateral_speed, path
     ///     These are as in ``min``.
     /// out : ndarray of the dtype of ``points`` and shape (N,) or (B, N), optional
     ///     Where to write the result.
@@ -230,8 +252,9 @@ impl SweptPath {
     /// >>> path = ttc_fast.SweptPath((-0.1, 0.4, -0.15, 0.15))
     /// >>> path.per_point(np.array([[2.4, 0.1], [1.4, 0.2], [0.3, 0.0]]), 2.0)
     /// array([ 1., inf,  0.])
-    #[pyo3(signature = (points, speed, yaw_rate=None, lateral_speed=None, *, out=None, status_out=None),
-           text_signature = "($self, points, speed, yaw_rate=0.0, lateral_speed=0.0, *, out=None, status_out=None)")]
+    #[pyo3(signature = (points, speed, yaw_rate=None, lateral_speed=None, *, path=None, out=None, status_out=None),
+           text_signature = "($self, points, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None, out=None, \
+                             status_out=None)")]
     #[allow(clippy::too_many_arguments, reason = "arguments of a Python method")]
     fn per_point<'py>(
         &self,
@@ -240,17 +263,20 @@ impl SweptPath {
         speed: &Bound<'py, PyAny>,
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
+        path: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (frames, motions) = self.look(points, MotionArguments { speed, yaw_rate, lateral_speed })?;
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let plan = self.plan(path, &motion)?;
+        let (frames, motions) = self.look(points, motion, plan.as_ref())?;
         let (shape, inputs) = (frames.shape(), frames.arrays());
         let status = status_out.map(|array| output_apart::<u8>("status_out", array, shape, inputs)).transpose()?;
         refuse_same_memory(out, status_out)?;
         let made = out.map_or_else(|| empty(py, shape, frames.points().dtype()), |out| Ok(out.clone()))?;
         for_each_type!(frames.points(), points => {
             let out = output_apart("out", &made, shape, inputs)?;
-            self.per_point_each(py, &points, &motions, out, status)?;
+            self.per_point_each(py, &points, &motions, plan.as_ref(), out, status)?;
         });
         Ok(made)
     }
@@ -268,11 +294,19 @@ settings! {
 }
 
 impl SweptPath {
+    /// The path that was given, to be followed instead of the motion.
+    fn plan(&self, path: Option<&Bound<'_, PyAny>>, motion: &MotionArguments<'_, '_>) -> PyResult<Option<PlannedPath>> {
+        let Some(path) = path else { return Ok(None) };
+        motion.only_speed()?;
+        self.path.plan(&path_points(path)?).map(Some).map_err(value_error)
+    }
+
     /// The points, and a motion for each cloud. All of Python's code runs before the points are looked at.
     fn look<'py>(
         &self,
         points: &Bound<'py, PyAny>,
         motion: MotionArguments<'_, 'py>,
+        plan: Option<&PlannedPath>,
     ) -> PyResult<(Frames<'py>, Motions)> {
         let rows = Frames::view("points", points)?.batch();
         let motions = rows.map_or_else(|| motion.one().map(Motions::from), |rows| motion.each(rows))?;
@@ -281,7 +315,11 @@ impl SweptPath {
             return Err(PyValueError::new_err("points changed their shape while the motions were read"));
         }
         for row in 0..rows.unwrap_or(1) {
-            let checked = self.path.check_motion(motions.row(row));
+            let motion = motions.row(row);
+            let checked = match plan {
+                None => self.path.check_motion(motion),
+                Some(plan) => self.path.check_speed(plan, motion.speed),
+            };
             checked
                 .map_err(|error| if rows.is_some() { value_error_in_row(row)(error) } else { value_error(error) })?;
         }
@@ -293,10 +331,15 @@ impl SweptPath {
         py: Python<'_>,
         points: &Points<'_, T>,
         motions: &Motions,
+        plan: Option<&PlannedPath>,
         is_batch: bool,
     ) -> PyResult<Vec<f64>> {
         each(py, points, motions, |row, motion| {
-            let least = self.path.min(points, row, motion).map_err(value_error)?;
+            let least = match plan {
+                None => self.path.min(points, row, motion),
+                Some(plan) => self.path.min_along(points, row, plan, motion.speed),
+            };
+            let least = least.map_err(value_error)?;
             least.or(self.no_data).ok_or_else(|| no_data("SweptPath", "cloud", is_batch.then_some(row)))
         })
     }
@@ -306,8 +349,15 @@ impl SweptPath {
         py: Python<'_>,
         points: &Points<'_, T>,
         motions: &Motions,
+        plan: Option<&PlannedPath>,
     ) -> PyResult<Vec<path::NearestPoint>> {
-        each(py, points, motions, |row, motion| self.path.nearest(points, row, motion).map_err(value_error))
+        each(py, points, motions, |row, motion| {
+            let nearest = match plan {
+                None => self.path.nearest(points, row, motion),
+                Some(plan) => self.path.nearest_along(points, row, plan, motion.speed),
+            };
+            nearest.map_err(value_error)
+        })
     }
 
     fn per_point_each<T: Real>(
@@ -315,12 +365,18 @@ impl SweptPath {
         py: Python<'_>,
         points: &Points<'_, T>,
         motions: &Motions,
+        plan: Option<&PlannedPath>,
         mut out: TableMut<'_, T>,
         mut status: Option<TableMut<'_, u8>>,
     ) -> PyResult<()> {
         let done = each(py, points, motions, |row, motion| {
             let mut status = status.as_mut().map(|status| status.row(row));
-            self.path.per_point(points, row, motion, &mut out.row(row), status.as_mut()).map_err(value_error)
+            let (out, status) = (&mut out.row(row), status.as_mut());
+            let written = match plan {
+                None => self.path.per_point(points, row, motion, out, status),
+                Some(plan) => self.path.per_point_along(points, row, plan, motion.speed, out, status),
+            };
+            written.map_err(value_error)
         });
         done.map(|_| ())
     }

@@ -2,7 +2,7 @@
 
 use crate::macros::settings;
 use crate::scan::ScanTTC;
-use crate::scan_query::{BeamQuery, MotionArguments};
+use crate::scan_query::{Along, BeamQuery, MotionArguments, path_points};
 use crate::util::{type_name, value_error};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -72,6 +72,8 @@ impl ScanSweptPath {
     /// ----------
     /// ranges, speed, yaw_rate, lateral_speed
     ///     These are as in ``ScanTTC.min``.
+    /// path : array_like, shape (N, 2), optional
+    ///     The points that the vehicle will follow, m, as in ``SweptPath.min``.
     ///
     /// Returns
     /// -------
@@ -92,8 +94,8 @@ impl ScanSweptPath {
     /// >>> scan = ttc_fast.ScanTTC(-0.5, 0.5, 3, outline=(-0.1, 0.4, -0.15, 0.15))
     /// >>> ttc_fast.ScanSweptPath(scan).min(np.array([1.0, 2.4, 1.0]), 2.0)
     /// 1.0
-    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None),
-           text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0)")]
+    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, path=None),
+           text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None)")]
     fn min<'py>(
         &self,
         py: Python<'py>,
@@ -101,8 +103,13 @@ impl ScanSweptPath {
         speed: &Bound<'py, PyAny>,
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
+        path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.query().min(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        match path {
+            None => self.query().min(py, ranges, motion),
+            Some(path) => self.scan.get().query_of(&self.along(path, &motion)?).min(py, ranges, motion),
+        }
     }
 
     /// Return the beam whose point is hit first, and everything that says why.
@@ -111,6 +118,8 @@ impl ScanSweptPath {
     /// ----------
     /// ranges, speed, yaw_rate, lateral_speed
     ///     These are as in ``ScanTTC.min``.
+    /// path : array_like, shape (N, 2), optional
+    ///     The points that the vehicle will follow, m, as in ``SweptPath.min``.
     ///
     /// Returns
     /// -------
@@ -128,8 +137,8 @@ impl ScanSweptPath {
     /// >>> scan = ttc_fast.ScanTTC(-0.5, 0.5, 3, outline=(-0.1, 0.4, -0.15, 0.15))
     /// >>> ttc_fast.ScanSweptPath(scan).nearest(np.array([1.0, 2.4, 1.0]), 2.0).beam
     /// 1
-    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None),
-           text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0)")]
+    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, path=None),
+           text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None)")]
     fn nearest<'py>(
         &self,
         py: Python<'py>,
@@ -137,8 +146,13 @@ impl ScanSweptPath {
         speed: &Bound<'py, PyAny>,
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
+        path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.query().nearest(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        match path {
+            None => self.query().nearest(py, ranges, motion),
+            Some(path) => self.scan.get().query_of(&self.along(path, &motion)?).nearest(py, ranges, motion),
+        }
     }
 
     /// Return the time until the point of each beam enters the outline, s.
@@ -149,6 +163,8 @@ impl ScanSweptPath {
     /// ----------
     /// ranges, speed, yaw_rate, lateral_speed
     ///     These are as in ``ScanTTC.min``.
+    /// path : array_like, shape (N, 2), optional
+    ///     The points that the vehicle will follow, m, as in ``SweptPath.min``.
     /// out, status_out
     ///     These are as in ``ScanTTC.per_beam``. A beam is CLOSING if its point enters within the horizon.
     ///
@@ -168,8 +184,9 @@ impl ScanSweptPath {
     /// >>> scan = ttc_fast.ScanTTC(-0.5, 0.5, 3, outline=(-0.1, 0.4, -0.15, 0.15))
     /// >>> ttc_fast.ScanSweptPath(scan).per_beam(np.array([1.0, 2.4, 1.0]), 2.0)
     /// array([inf,  1., inf])
-    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, out=None, status_out=None),
-           text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, out=None, status_out=None)")]
+    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, path=None, out=None, status_out=None),
+           text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None, out=None, \
+                             status_out=None)")]
     #[allow(clippy::too_many_arguments, reason = "arguments of a Python method")]
     fn per_beam<'py>(
         &self,
@@ -178,10 +195,18 @@ impl ScanSweptPath {
         speed: &Bound<'py, PyAny>,
         yaw_rate: Option<&Bound<'py, PyAny>>,
         lateral_speed: Option<&Bound<'py, PyAny>>,
+        path: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.query().per_beam(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed }, out, status_out)
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        match path {
+            None => self.query().per_beam(py, ranges, motion, out, status_out),
+            Some(path) => {
+                let along = self.along(path, &motion)?;
+                self.scan.get().query_of(&along).per_beam(py, ranges, motion, out, status_out)
+            }
+        }
     }
 }
 
@@ -195,5 +220,11 @@ settings! {
 impl ScanSweptPath {
     fn query(&self) -> BeamQuery<'_, scan::ScanSweptPath> {
         self.scan.get().query_of(&self.path)
+    }
+
+    /// The path that was given, to be asked in the place of the motion.
+    fn along(&self, path: &Bound<'_, PyAny>, motion: &MotionArguments<'_, '_>) -> PyResult<Along<'_>> {
+        motion.only_speed()?;
+        Ok(Along { path: &self.path, plan: self.path.plan(&path_points(path)?).map_err(value_error)? })
     }
 }

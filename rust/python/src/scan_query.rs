@@ -6,13 +6,14 @@ use crate::macros::for_each_type;
 use crate::nearest::{Nearest, NearestBatch};
 use crate::util::run::release;
 use crate::util::{describe, no_data, number, value_error, value_error_in_row};
-use numpy::{PyArray1, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 use ttc_fast_core::Error;
 use ttc_fast_core::column::{Column, ColumnMut, Table, TableMut};
+use ttc_fast_core::path::PlannedPath;
 use ttc_fast_core::scan::{self, Range, ScanSweptPath, ScanTtc};
 use ttc_fast_core::threads::pieces;
 use ttc_fast_core::vehicle::Motion;
@@ -76,6 +77,68 @@ macro_rules! criterion {
 
 criterion!(ScanTtc, |scan| scan);
 criterion!(ScanSweptPath, |path| path.scan());
+
+/// The swept path along a plan instead of a motion, of which only the speed counts.
+pub struct Along<'a> {
+    pub path: &'a ScanSweptPath,
+    pub plan: PlannedPath,
+}
+
+impl Criterion for Along<'_> {
+    fn scan(&self) -> &ScanTtc {
+        self.path.scan()
+    }
+
+    fn check_motion(&self, motion: Motion) -> Result<(), Error> {
+        self.path.check_speed(&self.plan, motion.speed)
+    }
+
+    fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
+        self.path.min_along(ranges, &self.plan, motion.speed)
+    }
+
+    fn nearest<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<scan::Nearest, Error> {
+        self.path.nearest_along(ranges, &self.plan, motion.speed)
+    }
+
+    fn per_beam<'o, T: Range>(
+        &self,
+        ranges: Column<'_, T>,
+        motion: Motion,
+        out: &mut ColumnMut<'o, T>,
+        status_out: Option<&mut ColumnMut<'o, u8>>,
+    ) -> Result<(), Error> {
+        self.path.per_beam_along(ranges, &self.plan, motion.speed, out, status_out)
+    }
+}
+
+/// The points of the argument `path`, float64 of shape (N, 2).
+pub fn path_points(path: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
+    let py = path.py();
+    let wrong = || PyTypeError::new_err(format!("path must be points, of shape (N, 2), got {}", describe(path)));
+    let array = match path.cast_exact::<PyArray2<f64>>() {
+        Ok(array) if array.is_c_contiguous() => array.clone(),
+        _ => {
+            refuse_masked("path", path)?;
+            let numpy = py.import(intern!(py, "numpy"))?;
+            let array = numpy.call_method1(intern!(py, "asarray"), (path,)).map_err(|_| wrong())?;
+            let kind: char = array.getattr(intern!(py, "dtype"))?.getattr(intern!(py, "kind"))?.extract()?;
+            let shape: Vec<usize> = array.getattr(intern!(py, "shape"))?.extract()?;
+            if !matches!(kind, 'f' | 'i' | 'u') {
+                return Err(wrong());
+            }
+            if shape.len() != 2 || shape[1] != 2 {
+                return Err(PyValueError::new_err(format!("path must have shape (N, 2), got {shape:?}")));
+            }
+            let array = numpy.call_method1(intern!(py, "ascontiguousarray"), (array, intern!(py, "float64")))?;
+            array.cast_into::<PyArray2<f64>>().map_err(|_| wrong())?
+        }
+    };
+    if array.shape()[1] != 2 {
+        return Err(PyValueError::new_err(format!("path must have shape (N, 2), got {:?}", array.shape())));
+    }
+    Ok(array.to_vec()?.chunks_exact(2).map(|point| [point[0], point[1]]).collect())
+}
 
 /// A question about the beams of a scan: who answers it, what a blind scan means, and how many threads share a batch.
 pub struct BeamQuery<'a, C> {
@@ -258,6 +321,16 @@ impl MotionArguments<'_, '_> {
             yaw_rate: self.yaw_rate.map_or(Ok(0.0), |value| number("yaw_rate", value))?,
             lateral_speed: self.lateral_speed.map_or(Ok(0.0), |value| number("lateral_speed", value))?,
         })
+    }
+
+    /// Refuse what a path says already.
+    pub fn only_speed(&self) -> PyResult<()> {
+        let is_zero =
+            |value: Option<&Bound<'_, PyAny>>| value.is_none_or(|value| number("", value).is_ok_and(|n| n == 0.0));
+        if is_zero(self.yaw_rate) && is_zero(self.lateral_speed) {
+            return Ok(());
+        }
+        Err(PyValueError::new_err("path says where the vehicle goes: leave yaw_rate and lateral_speed out with it"))
     }
 
     /// The motions of `rows` scans.

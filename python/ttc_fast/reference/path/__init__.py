@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ttc_fast._core import NoDataError
 from ttc_fast.reference.arguments import checked_no_data, duration, output
 from ttc_fast.reference.hit import Batch, Counts
+from ttc_fast.reference.path.planned import PlannedPath
 from ttc_fast.reference.path.sweep import Sweep
 from ttc_fast.reference.points import frames
 from ttc_fast.reference.vehicle import checked_outline, motions
@@ -103,20 +104,20 @@ class SweptPath:
         return self._no_data
 
     def min(
-        self, points: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
+        self, points: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0, *, path: Any = None
     ) -> float | NDArray[np.float64]:
         """Return the least time until a point enters the outline, s; for a batch one each, float64 of shape (B,)."""
         clouds, is_batch = frames("points", points)
-        results = [self._nearest(*each) for each in self._each(clouds, is_batch, speed, yaw_rate, lateral_speed)]
+        results = [self._nearest(*each) for each in self._each(clouds, is_batch, speed, yaw_rate, lateral_speed, path)]
         ttc = [self._one_number(nearest, index) for index, nearest in enumerate(results)]
         return np.array(ttc, np.float64) if is_batch else ttc[0]
 
     def nearest(
-        self, points: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
+        self, points: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0, *, path: Any = None
     ) -> NearestPoint | NearestPointBatch:
         """Return the point that is hit first, and everything that says why, for a cloud or each cloud of a batch."""
         clouds, is_batch = frames("points", points)
-        results = [self._nearest(*each) for each in self._each(clouds, is_batch, speed, yaw_rate, lateral_speed)]
+        results = [self._nearest(*each) for each in self._each(clouds, is_batch, speed, yaw_rate, lateral_speed, path)]
         return NearestPointBatch(results) if is_batch else results[0]
 
     def per_point(
@@ -126,30 +127,31 @@ class SweptPath:
         yaw_rate: Any = 0.0,
         lateral_speed: Any = 0.0,
         *,
+        path: Any = None,
         out: Floats | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> Floats:
         """Return the time until each point enters the outline, s, in the dtype of the points; else infinite."""
         clouds, is_batch = frames("points", points)
-        each = list(self._each(clouds, is_batch, speed, yaw_rate, lateral_speed))
+        each = list(self._each(clouds, is_batch, speed, yaw_rate, lateral_speed, path))
         like = clouds[:, 0] if is_batch else clouds[0, 0]
         if status_out is not None:
             output("status_out", status_out, like, np.uint8)
         out = np.empty_like(like) if out is None else output("out", out, like, like.dtype)
-        for index, (cloud, motion) in enumerate(each):
-            ttc, status, _ = self._every(cloud, motion)
+        for index, (cloud, way) in enumerate(each):
+            ttc, status, _ = self._every(cloud, way)
             np.atleast_2d(out)[index] = ttc
             if status_out is not None:
                 np.atleast_2d(status_out)[index] = status
         return out
 
-    def _every(self, cloud: Floats, motion: Motion) -> tuple[NDArray[np.float64], NDArray[np.uint8], Sweep]:
+    def _every(self, cloud: Floats, way: Way) -> tuple[NDArray[np.float64], NDArray[np.uint8], Sweep]:
         """Return the time and the status of each point of a cloud, shape (3, N)."""
-        sweep = Sweep(self._outline, self._horizon, motion)
+        sweep = Sweep(self._outline, self._horizon, way.motion)
         valid = np.isfinite(cloud).all(axis=0) & (cloud != 0).any(axis=0)
         x, y = np.where(valid, cloud[:2], np.nan).astype(np.float64)
         inside = sweep.is_inside(x, y)
-        ttc = sweep.ttc(x, y, inside)
+        ttc = sweep.ttc(x, y, inside) if way.path is None else way.path.ttc(x, y, inside, way.speed, self._horizon)
         # The first that holds.
         cases = {
             Status.INVALID: ~valid,
@@ -159,8 +161,8 @@ class SweptPath:
         status = np.select(list(cases.values()), list(cases), Status.NOT_CLOSING)
         return ttc, status.astype(np.uint8), sweep
 
-    def _nearest(self, cloud: Floats, motion: Motion) -> NearestPoint:
-        ttc, status, sweep = self._every(cloud, motion)
+    def _nearest(self, cloud: Floats, way: Way) -> NearestPoint:
+        ttc, status, sweep = self._every(cloud, way)
         valid, contacts = status != Status.INVALID, np.flatnonzero(status == Status.CONTACT)
         counts = Counts(
             valid=int(np.count_nonzero(valid)),
@@ -201,13 +203,36 @@ class SweptPath:
         return self._no_data
 
     def _each(
-        self, clouds: Floats, is_batch: bool, speed: Any, yaw_rate: Any, lateral_speed: Any
-    ) -> Iterator[tuple[Floats, Motion]]:
-        """Return each cloud with its motion; all motions are checked first."""
-        each = motions(clouds[:, 0] if is_batch else clouds[0, 0], speed, yaw_rate, lateral_speed)
-        for motion in each:
-            Sweep(self._outline, self._horizon, motion)
-        return zip(clouds, each, strict=True)
+        self, clouds: Floats, is_batch: bool, speed: Any, yaw_rate: Any, lateral_speed: Any, path: Any
+    ) -> Iterator[tuple[Floats, Way]]:
+        """Return each cloud with the way of the vehicle; all are checked first."""
+        like = clouds[:, 0] if is_batch else clouds[0, 0]
+        return zip(clouds, ways(self._outline, self._horizon, like, speed, yaw_rate, lateral_speed, path), strict=True)
+
+
+class Way(NamedTuple):
+    """How the vehicle goes on: by its motion, or along a path at a speed."""
+
+    motion: Motion
+    speed: float
+    path: PlannedPath | None
+
+
+def ways(
+    outline: Outline, horizon: float, like: Floats, speed: Any, yaw_rate: Any, lateral_speed: Any, path: Any
+) -> list[Way]:
+    """Return how the vehicle goes on in each frame, if all make sense."""
+    if path is None:
+        found = [Way(motion, motion.speed, None) for motion in motions(like, speed, yaw_rate, lateral_speed)]
+    else:
+        if not all(np.ndim(each) == 0 and each == 0.0 for each in (yaw_rate, lateral_speed)):
+            raise ValueError("path says where the vehicle goes: leave yaw_rate and lateral_speed out with it")
+        planned = PlannedPath(outline, path)
+        each = [motion.speed for motion in motions(like, speed, 0.0, 0.0)]
+        found = [Way(planned.motion(speed), speed, planned) for speed in each]
+    for way in found:
+        Sweep(outline, horizon, way.motion)
+    return found
 
 
 def checked_path(outline: Any) -> Outline:

@@ -48,25 +48,42 @@ class Quadratic(NamedTuple):
         return Quadratic(0.0 - self.c, 0.0 - self.b, 0.0 - self.a)
 
 
+def fastest(outline: Outline, vx: float, vy: float, omega: float) -> float:
+    """Return the speed of the outline's fastest point, m/s.
+
+    A point keeps its speed on its way, and the points of a rectangle that move fastest are corners.
+    """
+    corners = [(x, y) for x in (outline.x_rear, outline.x_front) for y in (outline.y_right, outline.y_left)]
+    squares = [(vx - omega * y, vy + omega * x) for x, y in corners]
+    return math.sqrt(max(sx * sx + sy * sy for sx, sy in squares))
+
+
 class Sweep:
     """An outline in motion."""
 
     def __init__(self, outline: Outline, horizon: float, motion: Motion) -> None:
         sensor_velocity(motion, Mount(0.0, 0.0, 0.0))  # refuses what is faster than light
-        self._outline, self._horizon = outline, horizon
-        self._vx, self._vy, self._omega = (
+        vx, vy, omega = (
             0.0 if abs(value) < SLOWEST else value for value in (motion.speed, motion.lateral_speed, motion.yaw_rate)
         )
-        self._half = self._omega / 2.0
-        # A point keeps its speed on its way, and the points of a rectangle that move fastest are corners.
-        corners = [(x, y) for x in (outline.x_rear, outline.x_front) for y in (outline.y_right, outline.y_left)]
-        squares = [(self._vx - self._omega * y, self._vy + self._omega * x) for x, y in corners]
-        fastest = math.sqrt(max(sx * sx + sy * sy for sx, sy in squares))
-        if not (fastest < LIGHT_SPEED and abs(self._omega) < LIGHT_SPEED):
-            raise ValueError(f"yaw_rate turns the outline faster than light, at {self._omega} rad/s")
+        if not (fastest(outline, vx, vy, omega) < LIGHT_SPEED and abs(omega) < LIGHT_SPEED):
+            raise ValueError(f"yaw_rate turns the outline faster than light, at {omega} rad/s")
+        self._set(outline, horizon, vx, vy, omega)
+
+    @classmethod
+    def unchecked(cls, outline: Outline, horizon: float, vx: float, vy: float, omega: float) -> Sweep:
+        """Make the sweep of a motion that makes sense."""
+        sweep = cls.__new__(cls)
+        sweep._set(outline, horizon, vx, vy, omega)
+        return sweep
+
+    def _set(self, outline: Outline, horizon: float, vx: float, vy: float, omega: float) -> None:
+        self._outline, self._horizon = outline, horizon
+        self._vx, self._vy, self._omega = vx, vy, omega
+        self._half = omega / 2.0
         # The way of a point is no longer than its speed allows, and no farther than across its circle.
-        turn = horizon if self._omega == 0 else min(horizon, 2.0 / abs(self._omega))
-        self._reach = max(abs(edge) for edge in outline) + fastest * turn
+        turn = horizon if omega == 0 else min(horizon, 2.0 / abs(omega))
+        self._reach = max(abs(edge) for edge in outline) + fastest(outline, vx, vy, omega) * turn
         self._touch = TOUCH * self._reach
 
     def is_inside(self, x: Doubles, y: Doubles) -> Bools:
@@ -83,7 +100,7 @@ class Sweep:
         """
         _, closing_speed = self.approach(x, y)
         deeper = np.where(self.is_inside(x, y), self._deepens(x, y), closing_speed > 0)
-        entry = self._entry(x, y)
+        entry = self.entry(x, y)
         entry[~(entry <= self._horizon)] = np.inf
         return np.where(contact, np.where(deeper, 0.0, np.inf), entry)
 
@@ -132,7 +149,7 @@ class Sweep:
         with np.errstate(over="ignore"):
             return self._omega * y - self._vx, 0.0 - (self._omega * x + self._vy)
 
-    def _entry(self, x: Doubles, y: Doubles) -> Doubles:
+    def entry(self, x: Doubles, y: Doubles) -> Doubles:
         """Return when each point outside first enters, s; infinite if it never does."""
         near = (np.abs(x) <= self._reach) & (np.abs(y) <= self._reach)
         x, y = np.where(near, x, np.nan), np.where(near, y, np.nan)

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast.reference.arguments import duration, output
-from ttc_fast.reference.path import LONGEST, checked_path
+from ttc_fast.reference.path import LONGEST, Way, checked_path, ways
 from ttc_fast.reference.path.sweep import Sweep
 from ttc_fast.reference.scan import Nearest, NearestBatch, ScanTTC
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from ttc_fast.reference.vehicle import Motion
 
     Floats = NDArray[np.floating[Any]]
 
@@ -54,18 +52,20 @@ class ScanSweptPath:
         return self._horizon
 
     def min(
-        self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0
+        self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0, *, path: Any = None
     ) -> float | NDArray[np.float64]:
         """Return the least time until a beam's point enters the outline, s; for a batch one each, of shape (B,)."""
         ranges = self._scan._checked(ranges)
-        scans = self._scan._scans(ranges, speed, yaw_rate, lateral_speed)
+        scans = self._scans(ranges, speed, yaw_rate, lateral_speed, path)
         each = [self._scan._one_number(self._nearest(*scan), index) for index, scan in enumerate(scans)]
         return each[0] if ranges.ndim == 1 else np.array(each, np.float64)
 
-    def nearest(self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0) -> Nearest | NearestBatch:
+    def nearest(
+        self, ranges: Any, speed: Any, yaw_rate: Any = 0.0, lateral_speed: Any = 0.0, *, path: Any = None
+    ) -> Nearest | NearestBatch:
         """Return the beam whose point is hit first, and everything that says why, for each scan."""
         ranges = self._scan._checked(ranges)
-        each = [self._nearest(*scan) for scan in self._scan._scans(ranges, speed, yaw_rate, lateral_speed)]
+        each = [self._nearest(*scan) for scan in self._scans(ranges, speed, yaw_rate, lateral_speed, path)]
         return each[0] if ranges.ndim == 1 else NearestBatch(each)
 
     def per_beam(
@@ -75,20 +75,18 @@ class ScanSweptPath:
         yaw_rate: Any = 0.0,
         lateral_speed: Any = 0.0,
         *,
+        path: Any = None,
         out: Floats | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> Floats:
         """Return the time until each beam's point enters the outline, s, in the dtype of ``ranges``; else infinite."""
         ranges = self._scan._checked(ranges)
-        scans = list(self._scan._scans(ranges, speed, yaw_rate, lateral_speed))
-        for _, motion in scans:  # refused before anything is written
-            self._scan._closing(motion)
-            Sweep(self._outline, self._horizon, motion)
+        scans = list(self._scans(ranges, speed, yaw_rate, lateral_speed, path))
         if status_out is not None:
             output("status_out", status_out, ranges, np.uint8)
         out = np.empty_like(ranges, subok=False) if out is None else output("out", out, ranges, ranges.dtype)
-        for index, (scan, motion) in enumerate(scans):
-            ttc = self._every(scan, motion)
+        for index, (scan, way) in enumerate(scans):
+            ttc = self._every(scan, way)
             status = self._scan._statuses(scan, self._usable(scan) - self._scan._offset, ttc < np.inf)
             np.atleast_2d(out)[index] = ttc
             if status_out is not None:
@@ -100,14 +98,25 @@ class ScanSweptPath:
         usable = self._scan._rules.usable(ranges).astype(np.float64)
         return np.where(np.isnan(self._scan._offset), np.nan, usable)
 
-    def _every(self, ranges: Floats, motion: Motion) -> NDArray[np.float64]:
+    def _scans(
+        self, ranges: Floats, speed: Any, yaw_rate: Any, lateral_speed: Any, path: Any
+    ) -> list[tuple[Floats, Way]]:
+        """Return each scan with the way of the vehicle; all are checked first."""
+        each = ways(self._outline, self._horizon, ranges, speed, yaw_rate, lateral_speed, path)
+        for way in each:
+            self._scan._closing(way.motion)
+        return list(zip(np.atleast_2d(ranges), each, strict=True))
+
+    def _every(self, ranges: Floats, way: Way) -> NDArray[np.float64]:
         """Return the time of each beam of a scan."""
         scan, usable = self._scan, self._usable(ranges)
         x, y = scan._mount.x + usable * scan._cos, scan._mount.y + usable * scan._sin
-        sweep = Sweep(self._outline, self._horizon, motion)
+        sweep = Sweep(self._outline, self._horizon, way.motion)
         # Where the sensor is outside the outline, a reading of 0 touches the sensor, which may be anywhere.
-        touches = (scan._offset > 0) & (usable - scan._offset <= 0)
-        return sweep.ttc(x, y, touches | sweep.is_inside(x, y))
+        contact = (scan._offset > 0) & (usable - scan._offset <= 0) | sweep.is_inside(x, y)
+        if way.path is None:
+            return sweep.ttc(x, y, contact)
+        return way.path.ttc(x, y, contact, way.speed, self._horizon)
 
-    def _nearest(self, ranges: Floats, motion: Motion) -> Nearest:
-        return self._scan._nearest_by(self._every(ranges, motion), ranges, motion)
+    def _nearest(self, ranges: Floats, way: Way) -> Nearest:
+        return self._scan._nearest_by(self._every(ranges, way), ranges, way.motion)

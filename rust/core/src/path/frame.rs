@@ -21,6 +21,10 @@ pub(crate) trait Frame<T: Real>: Copy {
     fn point(&self, index: usize) -> [f64; 2];
     /// Whether a point is known to be in contact, even where rounding puts it outside the outline.
     fn touches(&self, index: usize) -> bool;
+    /// A place at which points may touch the vehicle outside the outline: the sensor's. Without one, the origin.
+    fn origin(&self) -> [f64; 2] {
+        [0.0; 2]
+    }
     /// What a point means if it is not going to be hit.
     fn status(&self, index: usize, sweep: &Sweep) -> Status;
 }

@@ -4,19 +4,22 @@
 //! from the vehicle; on a line when the vehicle drives straight. [`frame`] is where points come from: a cloud, or the
 //! beams of a scanner. [`sweep`] says when a point's path first meets the outline, how far the point is from it now,
 //! and how fast that shrinks. [`search`] finds the point that is first, and computes exactly only the few points that
-//! bounds do not rule out.
+//! bounds do not rule out. [`planned`] does so for a path that is planned, instead of a motion that stays.
 
 mod frame;
+mod planned;
 mod search;
 mod sweep;
 
+pub use planned::PlannedPath;
 pub(crate) use {
     frame::Frame,
+    planned::Following,
     search::{each, entering, least},
     sweep::Sweep,
 };
 
-use crate::column::ColumnMut;
+use crate::column::{Column, ColumnMut};
 use crate::error::{Error, duration, one_entry_each};
 use crate::hit::{Counts, Hit};
 use crate::points::Points;
@@ -133,16 +136,98 @@ impl SweptPath {
             Some(points) => (least(self.level, points, &sweep), points.count(self.level, self.outline)),
             None => (least(self.level, points, &sweep), points.count(self.level, self.outline)),
         };
-        let index = if best.closes() {
-            Some(best.index)
-        } else if counts.contact > 0 {
-            points.first_inside(&sweep)
-        } else {
-            None
+        Ok(why(points, &sweep, best, counts))
+    }
+
+    /// Makes the path that the vehicle will follow from points in its present frame, m.
+    ///
+    /// # Errors
+    /// When there are fewer than two places among the points, one is not finite, the first is farther from the origin
+    /// than the vehicle is long, or the path turns by 90 degrees or more at a point.
+    pub fn plan(&self, points: &[[f64; 2]]) -> Result<PlannedPath, Error> {
+        PlannedPath::new(self.outline, points)
+    }
+
+    /// Checks a speed, as every function that takes a path does.
+    ///
+    /// # Errors
+    /// When it makes no sense, or has the other sign than the way that the path leads.
+    pub fn check_speed(&self, path: &PlannedPath, speed: f64) -> Result<(), Error> {
+        self.following(path, speed).map(|_| ())
+    }
+
+    /// Returns a path as it is followed at a speed.
+    pub(crate) fn following<'a>(&self, path: &'a PlannedPath, speed: f64) -> Result<Following<'a>, Error> {
+        Ok(Following::new(path, self.sweep(path.motion(speed)?)?, speed))
+    }
+
+    /// Returns the least time until one of the points of a row enters the outline on its path, as `min` does.
+    ///
+    /// # Errors
+    /// When the speed makes no sense.
+    ///
+    /// # Panics
+    /// When there is no such row.
+    pub fn min_along<T: Real>(
+        &self,
+        points: &Points<'_, T>,
+        row: usize,
+        path: &PlannedPath,
+        speed: f64,
+    ) -> Result<Option<f64>, Error> {
+        let following = self.following(path, speed)?;
+        let points = Planar(points.xyz(row));
+        let best = match points.dense() {
+            Some(points) => following.least(self.level, points),
+            None => following.least(self.level, points),
         };
-        let [x, y] = index.map_or([f64::NAN; 2], |index| points.point(index));
-        let Approach { clearance, closing_speed } = sweep.approach([x, y]);
-        Ok(NearestPoint { ttc: best.ttc, status: status(best, counts), index, x, y, clearance, closing_speed, counts })
+        Ok((best.closes() || points.any_valid()).then_some(best.ttc))
+    }
+
+    /// Returns the point of a row that is hit first on a path, and everything that says why.
+    ///
+    /// # Errors
+    /// When the speed makes no sense.
+    ///
+    /// # Panics
+    /// When there is no such row.
+    pub fn nearest_along<T: Real>(
+        &self,
+        points: &Points<'_, T>,
+        row: usize,
+        path: &PlannedPath,
+        speed: f64,
+    ) -> Result<NearestPoint, Error> {
+        let following = self.following(path, speed)?;
+        let points = Planar(points.xyz(row));
+        let (best, counts) = match points.dense() {
+            Some(points) => (following.least(self.level, points), points.count(self.level, self.outline)),
+            None => (following.least(self.level, points), points.count(self.level, self.outline)),
+        };
+        Ok(why(points, &following.now, best, counts))
+    }
+
+    /// Writes the time until each point of a row enters the outline on a path, as `per_point` does.
+    ///
+    /// # Errors
+    /// When a length or the speed makes no sense.
+    ///
+    /// # Panics
+    /// When there is no such row.
+    pub fn per_point_along<'o, T: Real>(
+        &self,
+        points: &Points<'_, T>,
+        row: usize,
+        path: &PlannedPath,
+        speed: f64,
+        out: &mut ColumnMut<'o, T>,
+        status_out: Option<&mut ColumnMut<'o, u8>>,
+    ) -> Result<(), Error> {
+        let following = self.following(path, speed)?;
+        let points = Planar(points.xyz(row));
+        check_outputs(points.len(), out, status_out.as_deref())?;
+        following.each(self.level, points, out, status_out);
+        Ok(())
     }
 
     /// Writes the time until each point of a row enters the outline into `out`, and what it means into `status_out`.
@@ -162,17 +247,36 @@ impl SweptPath {
     ) -> Result<(), Error> {
         let sweep = self.sweep(motion)?;
         let points = Planar(points.xyz(row));
-        let n = points.len();
-        one_entry_each("out", out.len(), n, "points")?;
-        if let Some(status_out) = &status_out {
-            one_entry_each("status_out", status_out.len(), n, "points")?;
-        }
+        check_outputs(points.len(), out, status_out.as_deref())?;
         match points.dense() {
             Some(points) => each(self.level, points, &sweep, out, status_out),
             None => each(self.level, points, &sweep, out, status_out),
         }
         Ok(())
     }
+}
+
+fn check_outputs<T: Copy>(
+    points: usize,
+    out: &ColumnMut<'_, T>,
+    status_out: Option<&ColumnMut<'_, u8>>,
+) -> Result<(), Error> {
+    one_entry_each("out", out.len(), points, "points")?;
+    status_out.map_or(Ok(()), |status_out| one_entry_each("status_out", status_out.len(), points, "points"))
+}
+
+/// Says why `best` decides.
+fn why<T: Real>(points: Planar<Column<'_, T>>, sweep: &Sweep, best: Hit, counts: Counts) -> NearestPoint {
+    let index = if best.closes() {
+        Some(best.index)
+    } else if counts.contact > 0 {
+        points.first_inside(sweep)
+    } else {
+        None
+    };
+    let [x, y] = index.map_or([f64::NAN; 2], |index| points.point(index));
+    let Approach { clearance, closing_speed } = sweep.approach([x, y]);
+    NearestPoint { ttc: best.ttc, status: status(best, counts), index, x, y, clearance, closing_speed, counts }
 }
 
 fn status(best: Hit, counts: Counts) -> Status {

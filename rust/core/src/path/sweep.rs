@@ -74,23 +74,21 @@ impl Sweep {
         motion.sensor_velocity(Mount::default())?;
         let moves = |value: f64| if value.abs() < SLOWEST { 0.0 } else { value };
         let (vx, vy, omega) = (moves(motion.speed), moves(motion.lateral_speed), moves(motion.yaw_rate));
-        let Outline { x_rear, x_front, y_right, y_left } = outline;
-        // A point keeps its speed on its way, and the points of a rectangle that move fastest are corners.
-        let corners = [(x_rear, y_right), (x_rear, y_left), (x_front, y_right), (x_front, y_left)];
-        let square = |(x, y): (f64, f64)| {
-            let (sx, sy) = (vx - omega * y, vy + omega * x);
-            sx * sx + sy * sy
-        };
-        let fastest = corners.into_iter().map(square).fold(0.0, f64::max).sqrt();
-        if !(fastest < LIGHT_SPEED && omega.abs() < LIGHT_SPEED) {
+        if !(fastest(outline, vx, vy, omega) < LIGHT_SPEED && omega.abs() < LIGHT_SPEED) {
             let got = motion.yaw_rate;
             return Err(Error::new("yaw_rate", format!("turns the outline faster than light, at {got:?} rad/s")));
         }
+        Ok(Sweep::unchecked(outline, horizon, vx, vy, omega))
+    }
+
+    /// Makes the sweep of a motion that makes sense.
+    pub(super) fn unchecked(outline: Outline, horizon: f64, vx: f64, vy: f64, omega: f64) -> Self {
         // The way of a point is no longer than its speed allows, and no farther than across its circle.
         let turn = if omega == 0.0 { horizon } else { horizon.min(2.0 / omega.abs()) };
+        let Outline { x_rear, x_front, y_right, y_left } = outline;
         let extent = [x_rear, x_front, y_right, y_left].into_iter().map(f64::abs).fold(0.0, f64::max);
-        let reach = extent + fastest * turn;
-        Ok(Sweep { outline, horizon, vx, vy, omega, half: omega / 2.0, reach, touch: TOUCH * reach })
+        let reach = extent + fastest(outline, vx, vy, omega) * turn;
+        Sweep { outline, horizon, vx, vy, omega, half: omega / 2.0, reach, touch: TOUCH * reach }
     }
 
     /// Whether a point lies in the outline, its edges included.
@@ -122,7 +120,7 @@ impl Sweep {
     }
 
     /// Returns when a point outside first enters, s; infinite if it never does.
-    fn entry(&self, [x, y]: [f64; 2]) -> f64 {
+    pub(super) fn entry(&self, [x, y]: [f64; 2]) -> f64 {
         if !(x.abs() <= self.reach && y.abs() <= self.reach) {
             return f64::INFINITY;
         }
@@ -174,6 +172,18 @@ impl Sweep {
             2.0 * (self.omega.abs() * n).atan2(2.0 * d) / self.omega.abs()
         }
     }
+}
+
+/// Returns the speed of the outline's fastest point, m/s. A point keeps its speed on its way, and the points of a
+/// rectangle that move fastest are corners.
+fn fastest(outline: Outline, vx: f64, vy: f64, omega: f64) -> f64 {
+    let Outline { x_rear, x_front, y_right, y_left } = outline;
+    let corners = [(x_rear, y_right), (x_rear, y_left), (x_front, y_right), (x_front, y_left)];
+    let square = |(x, y): (f64, f64)| {
+        let (sx, sy) = (vx - omega * y, vy + omega * x);
+        sx * sx + sy * sy
+    };
+    corners.into_iter().map(square).fold(0.0, f64::max).sqrt()
 }
 
 impl Quadratic {

@@ -7,7 +7,7 @@ use crate::column::{Column, ColumnMut, Source};
 use crate::error::Error;
 use crate::hit::Hit;
 use crate::lanes::{Lanes, window};
-use crate::path::{Frame, Sweep, SweptPath, each, entering, least};
+use crate::path::{Following, Frame, PlannedPath, Sweep, SweptPath, each, entering, least};
 use crate::real::Real;
 use crate::status::Status;
 use crate::vehicle::Motion;
@@ -63,6 +63,70 @@ impl ScanSweptPath {
         Ok(view.nearest(best, confirmed))
     }
 
+    /// Makes the path that the vehicle will follow from points in its present frame, m.
+    ///
+    /// # Errors
+    /// As [`SweptPath::plan`].
+    pub fn plan(&self, points: &[[f64; 2]]) -> Result<PlannedPath, Error> {
+        self.path.plan(points)
+    }
+
+    /// Returns the least time until the point of a beam enters the outline on its path, as `min` does.
+    ///
+    /// # Errors
+    /// When the number of ranges or the speed makes no sense.
+    pub fn min_along<T: Range>(
+        &self,
+        ranges: Column<'_, T>,
+        path: &PlannedPath,
+        speed: f64,
+    ) -> Result<Option<f64>, Error> {
+        let (view, following) = self.view_along(ranges, path, speed)?;
+        let (best, _) = view.first_along(&following);
+        Ok((best.closes() || view.observes()).then_some(best.ttc))
+    }
+
+    /// Returns the beam whose point is hit first on a path, and everything that says why.
+    ///
+    /// # Errors
+    /// When the number of ranges or the speed makes no sense.
+    pub fn nearest_along<T: Range>(
+        &self,
+        ranges: Column<'_, T>,
+        path: &PlannedPath,
+        speed: f64,
+    ) -> Result<Nearest, Error> {
+        let (view, following) = self.view_along(ranges, path, speed)?;
+        let (best, confirmed) = view.first_along(&following);
+        Ok(view.nearest(best, confirmed))
+    }
+
+    /// Writes the time until the point of each beam enters the outline on a path, as `per_beam` does.
+    ///
+    /// # Errors
+    /// When a length or the speed makes no sense.
+    pub fn per_beam_along<'o, T: Range>(
+        &self,
+        ranges: Column<'_, T>,
+        path: &PlannedPath,
+        speed: f64,
+        out: &mut ColumnMut<'o, T>,
+        status_out: Option<&mut ColumnMut<'o, u8>>,
+    ) -> Result<(), Error> {
+        let (view, following) = self.view_along(ranges, path, speed)?;
+        self.scan.check_outputs(out, status_out.as_deref())?;
+        following.each(view.level, view.beams(ranges), out, status_out);
+        Ok(())
+    }
+
+    /// Checks a speed, as every function that takes a path does.
+    ///
+    /// # Errors
+    /// When it makes no sense, or has the other sign than the way that the path leads.
+    pub fn check_speed(&self, path: &PlannedPath, speed: f64) -> Result<(), Error> {
+        self.path.check_speed(path, speed)
+    }
+
     /// Writes the time until the point of each beam enters the outline into `out`, and what it means into `status_out`.
     ///
     /// # Errors
@@ -95,6 +159,18 @@ impl ScanSweptPath {
     fn view<'a, T: Range>(&'a self, ranges: Column<'a, T>, motion: Motion) -> Result<(View<'a, T>, Sweep), Error> {
         Ok((self.scan.view(ranges, motion)?, self.path.sweep(motion)?))
     }
+
+    fn view_along<'a, 'p, T: Range>(
+        &'a self,
+        ranges: Column<'a, T>,
+        path: &'p PlannedPath,
+        speed: f64,
+    ) -> Result<(View<'a, T>, Following<'p>), Error> {
+        let following = self.path.following(path, speed)?;
+        let Sweep { vx, vy, omega, .. } = following.now;
+        let motion = Motion { speed: vx, yaw_rate: omega, lateral_speed: vy };
+        Ok((self.scan.view(ranges, motion)?, following))
+    }
 }
 
 impl<T: Real> View<'_, T> {
@@ -108,6 +184,15 @@ impl<T: Real> View<'_, T> {
         match self.ranges.dense() {
             Some(ranges) => self.first_of(self.beams(ranges), sweep),
             None => self.first_of(self.beams(self.ranges), sweep),
+        }
+    }
+
+    /// Returns the deciding beam on a path, and whether the vote, if there is one, confirms it.
+    fn first_along(&self, following: &Following<'_>) -> (Hit, bool) {
+        match (self.settings.beam_vote, self.ranges.dense()) {
+            (Some(beam_vote), _) => self.elected(beam_vote, following.entering(self.level, self.beams(self.ranges))),
+            (None, Some(ranges)) => (following.least(self.level, self.beams(ranges)), true),
+            (None, None) => (following.least(self.level, self.beams(self.ranges)), true),
         }
     }
 
@@ -177,6 +262,11 @@ impl<T: Real, S: Source<T>> Frame<T> for Beams<'_, T, S> {
     fn touches(&self, beam: usize) -> bool {
         // Where the sensor is outside the outline, a reading of 0 touches the sensor, which may be anywhere.
         self.exact.beams.offset[beam] > 0.0 && self.exact.clearance(beam, self.range(beam)) <= 0.0
+    }
+
+    #[inline(always)]
+    fn origin(&self) -> [f64; 2] {
+        [self.mount.0, self.mount.1]
     }
 
     fn status(&self, beam: usize, _: &Sweep) -> Status {

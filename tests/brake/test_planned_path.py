@@ -1,0 +1,110 @@
+"""`update(..., path=)`: a frame is assessed along the way that the vehicle will go."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.common import CAR
+from ttc_fast import BrakeController, Command, Motion, Reason, ScanTTC, SweptPath
+
+BEAMS = 181
+WALL = np.full(BEAMS, np.inf)
+ANGLES = np.linspace(-1.57, 1.57, BEAMS)
+WALL[np.abs(ANGLES) < 0.8] = 3.0 / np.cos(ANGLES[np.abs(ANGLES) < 0.8])
+"""A wall across at x = 3 m, open to the left and to the right."""
+
+
+def bend(angle: float = 1.5, radius: float = 1.5) -> Any:
+    """A path that turns left before the wall."""
+    turned = np.linspace(0.0, angle, 20)
+    return np.column_stack([radius * np.sin(turned), radius * (1.0 - np.cos(turned))])
+
+
+def controller(**more: Any) -> BrakeController:
+    return BrakeController(scan=ScanTTC(ANGLES[0], ANGLES[1] - ANGLES[0], BEAMS, outline=CAR), trigger=(1, 1), **more)
+
+
+def frame(controller: BrakeController, at: float, speed: float = 4.0, **more: Any) -> Any:
+    return controller.update(at, ranges=WALL, stamp=at, motion=Motion(speed, stamp=at), **more)
+
+
+def test_what_is_beside_the_path_is_no_cause() -> None:
+    assert frame(controller(), 1.0).command is Command.BRAKE
+    decision = frame(controller(), 1.0, path=bend())
+    assert (decision.command, decision.reason) == (Command.NONE, Reason.CLEAR)
+
+
+def test_what_is_on_it_is_one_although_the_present_arc_is_free() -> None:
+    control = controller()
+    turning = Motion(4.0, 4.0 / 1.5, stamp=1.0)
+    assert control.update(1.0, ranges=WALL, stamp=1.0, motion=turning).command is Command.NONE
+    straight = [[0.0, 0.0], [5.0, 0.0]]
+    decision = control.update(1.1, ranges=WALL, stamp=1.1, motion=turning._replace(stamp=1.1), path=straight)
+    assert decision.command is Command.BRAKE
+    assert decision.threat is not None
+    assert decision.threat.clearance == pytest.approx(2.6, abs=1e-3)
+
+
+def test_a_function_of_the_way() -> None:
+    asked = []
+
+    def path(way: Any) -> Any:
+        asked.append(way)
+        return np.column_stack([1.5 * np.sin(way / 1.5), 1.5 * (1.0 - np.cos(way / 1.5))])[way < 2.3]
+
+    assert frame(controller(), 1.0, path=path).command is Command.NONE
+    assert (asked[0][0], asked[0][-1], asked[0].shape) == (0.0, 20.0, (50,))
+
+
+def test_it_is_that_of_its_frame_alone() -> None:
+    control = controller()
+    assert frame(control, 1.0, path=bend()).command is Command.NONE
+    assert frame(control, 1.025).command is Command.BRAKE
+
+
+def test_one_that_leads_the_other_way_does_not_count() -> None:
+    assert frame(controller(), 1.0, path=-bend()).command is Command.BRAKE
+    assert frame(controller(), 1.0, speed=-0.001, path=bend()).command is Command.NONE
+
+
+def test_a_braked_vehicle_is_let_go_along_its_path() -> None:
+    """It stands before the wall. What it would go on with is the path."""
+    control = controller(hold=0.0, release=(1, 1))
+    assert frame(control, 1.0).command is Command.BRAKE
+    assert frame(control, 1.1, speed=0.0).command is Command.BRAKE
+    assert frame(control, 1.2, speed=0.0, path=bend()).command is Command.NONE
+
+
+def test_points_of_a_cloud() -> None:
+    control = BrakeController(path=SweptPath(CAR), trigger=(1, 1))
+    cloud, motion = np.array([[3.0, 0.0], [-2.0, 1.0]]), Motion(4.0)
+    assert control.update(1.0, points=cloud, stamp=1.0, motion=motion, path=bend()).command is Command.NONE
+    assert control.update(1.1, points=cloud, stamp=1.1, motion=motion).command is Command.BRAKE
+
+
+@pytest.mark.parametrize(
+    ("path", "kind", "words"),
+    [
+        ([[0.0, 0.0]], ValueError, "path must have shape"),
+        ([[0.0, 0.0], [np.nan, 0.0]], ValueError, "path must be finite"),
+        ([[5.0, 0.0], [6.0, 0.0]], ValueError, "path must start at the vehicle"),
+        ("left", TypeError, "path must be points"),
+        (lambda way: way, ValueError, "path must have shape"),
+    ],
+)
+def test_a_path_that_is_none_changes_nothing(path: Any, kind: type[Exception], words: str) -> None:
+    control = controller()
+    frame(control, 1.0, path=bend())
+    before = control.state()
+    with pytest.raises(kind, match=words):
+        frame(control, 1.1, path=path)
+    assert control.state() == before
+
+
+def test_it_needs_an_outline() -> None:
+    control = BrakeController(scan=ScanTTC(-1.0, 0.1, 21))
+    with pytest.raises(ValueError, match="path needs an outline"):
+        control.update(1.0, ranges=np.full(21, 5.0), stamp=1.0, motion=Motion(1.0), path=bend())
