@@ -16,6 +16,7 @@ from tests.support.ros_harness import CoreHarness, RclpyHarness, RospyHarness
 from ttc_fast.brake import Reason
 from ttc_fast.cli import main
 from ttc_fast.cli.exits import PARTIAL
+from ttc_fast.configuration import Configuration
 from ttc_fast.logs import LogError, open_log
 from ttc_fast.replay import Replay, Row, Settings
 from ttc_fast.sensors.odometry import Pose
@@ -292,6 +293,37 @@ def test_a_scanner_that_hangs_upside_down(tmp_path: Path) -> None:
     assert (log.scanner.angle_min, log.scanner.angle_increment < 0.0) == (1.5, True)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_static_transform_that_was_recorded_late_places_the_sensor_all_the_same(kind: str, tmp_path: Path) -> None:
+    scans: list[Recorded] = [Scan(i / 8, i / 8) for i in range(300)]
+    log: Any = open_log(write(tmp_path, kind, [*scans, Static(0.0, 40.0, "base_link", "laser", (0.2, 0.0, 1.0), LEFT)]))
+    assert log.scanner.mount == pytest.approx((0.2, 0.0, math.pi / 2))
+
+
+def test_a_scanner_that_no_transform_places_is_said(tmp_path: Path) -> None:
+    _, log, _ = replayed(tmp_path, [Static(0.0, -1.0, "base_link", "imu", (0.2, 0.0, 1.0), LEFT), *approach(9)])
+    assert "yaw 0 rad, as no static transform places laser" in dict(log.pipeline.about)["scanner"]
+
+
+def test_a_scanner_that_is_tilted_is_refused_until_the_user_places_it(tmp_path: Path) -> None:
+    down = (0.0, math.sin(math.radians(15)), 0.0, math.cos(math.radians(15)))
+    items = [Static(0.0, -1.0, "base_link", "laser", rotation=down), *approach(9)]
+    rows, _, lost = replayed(tmp_path / "a", items)
+    assert rows == []
+    assert "/scan is tilted by 30 degrees" in lost
+    rows, _, lost = replayed(tmp_path / "b", items, mount=(0.2, 0.0, 0.0))
+    assert (len(rows), lost) == (9, "")
+
+
+def test_a_mask_of_other_beams_refuses_the_scan_and_not_the_log(tmp_path: Path) -> None:
+    path = write(tmp_path, "mcap", approach(beams=lambda i: BEAMS + (i % 3 == 2)))
+    configuration = Configuration(scan={"mask": np.ones(BEAMS, bool)})
+    log = Replay(path, Settings(configuration, {"outline": OUTLINE}))
+    with pytest.raises(LogError, match=r"cannot be read with these settings: scan: mask .*The 40 frames that could"):
+        list(log)
+    assert log.summary.frames == 40
+
+
 def test_clouds_of_optical_frames_are_read_with_their_axes(tmp_path: Path) -> None:
     log: Any = open_log(write(tmp_path, "mcap", [Cloud(0.0, 0.0, frame="camera_optical_frame")]))
     assert log.lidar.axes == ("z", "-x", "-y")
@@ -337,6 +369,11 @@ def played(node: Any, items: list[Recorded]) -> list[tuple[Any, ...]]:
 
 DRIVES: dict[str, list[Recorded]] = {
     "plain": approach(),
+    "repeats": [
+        replace(each, stamp=each.recorded + late, recorded=each.recorded + late)
+        for each in approach()
+        for late in ((0.0, 0.004, 0.008, 0.03) if isinstance(each, Scan) else (0.0,))
+    ],
     "varying counts": approach(beams=lambda i: BEAMS + i % 5),
     "world frame": turned(approach(), 2.0),
     "other units": turned(approach(), 1.0, 3.6),
@@ -363,8 +400,9 @@ def test_a_node_decides_as_the_replay_of_the_same_messages(
         node.close()
     assert [each[:2] for each in decided] == [(row.command, row.reason) for row in rows]
     by_motion = [not math.isnan(row.speed) for row in rows]
-    ttcs = [each[2].path.ttc if known else None for each, known in zip(decided, by_motion, strict=True)]
-    assert ttcs == [row.ttc if known else None for row, known in zip(rows, by_motion, strict=True)]
+    new = [known and each[2] is not None for each, known in zip(decided, by_motion, strict=True)]
+    ttcs = [each[2].path.ttc if known else None for each, known in zip(decided, new, strict=True)]
+    assert ttcs == [row.ttc if known else None for row, known in zip(rows, new, strict=True)]
     values = [(row.value, each[3]) for row, each, known in zip(rows, decided, by_motion, strict=True) if known]
     assert all(one == other for one, other in values)
     assert len(values) > 10

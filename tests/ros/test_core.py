@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import tracemalloc
 from typing import TYPE_CHECKING, Any
@@ -21,13 +22,15 @@ if TYPE_CHECKING:
 
 OUTLINE = list(CAR)
 PERIOD = 0.025
+SCANS = itertools.count()
 AHEAD = BEAMS // 2
 OK, WARN, ERROR, STALE = range(4)
 
 
 def hall(distance: float = math.inf, beam: int = AHEAD) -> np.ndarray[Any, np.dtype[np.float32]]:
-    """A wide hall, 25 m in each direction, with something in one."""
+    """A wide hall, 25 m in each direction, with something in one; no scan is measured like another."""
     ranges = np.full(BEAMS, 25.0, np.float32)
+    ranges[BEAMS - 1] -= 1e-3 * next(SCANS)
     ranges[beam] = min(distance, 25.0)
     return ranges
 
@@ -105,12 +108,11 @@ class TestThreshold:
 
     def test_the_way_bends_with_the_yaw_rate(self, make: Make) -> None:
         node = make(outline=OUTLINE)
-        left = hall(3.0, beam=AHEAD + 30)
         node.odometry(4.0)
-        assert node.scan(left).brake is False
+        assert node.scan(hall(3.0, beam=AHEAD + 30)).brake is False
         node.now += PERIOD
         node.odometry(4.0, yaw_rate=8.0 * math.sin(math.radians(30)) / 3.0)  # a circle through it
-        assert node.scan(left).brake is True
+        assert node.scan(hall(3.0, beam=AHEAD + 30)).brake is True
 
     def test_mount_turns_the_scanner(self, make: Make) -> None:
         node = make(mount=[0.2, 0.0, math.pi / 2])

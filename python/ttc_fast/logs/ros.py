@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ from ttc_fast.sensors.frames import MixedError, SensorChoice, mixed_sensors
 from ttc_fast.sensors.oddities import RefusedError, Tally
 from ttc_fast.sensors.odometry import Odometer, OdometryReader, Pose
 from ttc_fast.sensors.scans import Geometry, ScanReader
-from ttc_fast.sensors.transforms import OPTICAL, Transforms, is_level, is_optical
+from ttc_fast.sensors.transforms import OPTICAL, Transforms, is_level, is_optical, tilted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -184,6 +185,10 @@ class _Source:
                     self._take_geometry(reader, message, errors)
             if read >= MOST_SURVEYED or sizes >= MOST_BYTES:
                 break
+        if static and self.mount is None and self.is_elsewhere:  # they may have been recorded later
+            for source, _, buffer, start, end in self.bag.messages(set(static), ReadErrors(self.bag.path)):
+                with suppress(MessageError):
+                    self.transforms.add(transforms(buffer, start, end, encoding=static[source]))
         if not read:
             errors.raise_if_any(0)
             raise LogError(self.bag.path, f"has no messages on {name}, which it lists; was anything recorded?")
@@ -203,6 +208,11 @@ class _Source:
             self.geometry = reader.read(message).geometry
         except RefusedError as error:
             errors.add(f"a scan on {self.topic.name} {error}")
+
+    @property
+    def is_elsewhere(self) -> bool:
+        """Whether the frame of the sensor has a name that is not that of the vehicle."""
+        return self.frame_id.lstrip("/") not in ("", (self._options.base_frame or "base_link").lstrip("/"))
 
     @property
     def has_speed(self) -> bool:
@@ -278,15 +288,20 @@ class BagScans(_BagLog):
         self._options = options
         self.mounted = ""
         """Where the mount comes from, for people; empty where the log does not say it."""
-        mount = source.mount
-        self._mount = mount if mount is not None and is_level(mount) and options.mount is None else None
-        if mount is not None and options.mount is None:
-            self.mounted = mount.text if self._mount else f"at the vehicle's origin: it is {mount.text}"
+        mount = source.mount if options.mount is None else None
+        self._mount = mount if mount is not None and is_level(mount) else None
+        self._tilted = tilted(mount, option("mount")) if mount is not None and self._mount is None else ""
+        if self._mount is not None:
+            self.mounted = self._mount.text
+        elif source.is_elsewhere and options.mount is None:
+            self.mounted = f"as no static transform places {source.frame_id}"
         assert source.geometry is not None
         self.scanner = self._scanner(source.geometry)
         self.always_has_speed = options.speed is not None
 
     def __iter__(self) -> Iterator[ScanFrame]:
+        if self._tilted:
+            raise LogError(self.path, f"{self._source.topic.name} {self._tilted}")
         errors, frames = ReadErrors(self.path), 0
         reader: ScanReader | None = None
         raw: Geometry | None = None
@@ -306,8 +321,9 @@ class BagScans(_BagLog):
 
     def without_mount(self) -> None:
         """Leave out what the static transforms say, as the user gives a mount."""
+        self._tilted = self.mounted = ""
         if self._mount is not None:
-            self._mount, self.mounted = None, ""
+            self._mount = None
             assert self._source.geometry is not None
             self.scanner = self._scanner(self._source.geometry)
 

@@ -24,7 +24,8 @@ from ttc_fast.replay.controller import ReplayController, motion_of
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.settings import GATE_OPTIONS, SCANNER
 from ttc_fast.sensors.clouds import FAR_AWAY, Placement, only_heights
-from ttc_fast.sensors.scans import Geometry, Scan, ScanKernels
+from ttc_fast.sensors.oddities import Tally
+from ttc_fast.sensors.scans import Geometry, Repeats, Scan, ScanKernels
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -62,7 +63,6 @@ class Scans:
     name: ClassVar[str] = "a log of scans"
     uses: ClassVar[tuple[str, ...]] = SCANNER
     assumed: ClassVar[str] = ""
-    odd: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, log: ScanLog, settings: Settings) -> None:
         self._configuration = settings.configured()
@@ -79,6 +79,14 @@ class Scans:
         if self._configuration.range_rate is None and not log.always_has_speed:
             self._configuration = replace(self._configuration, range_rate={})  # as in a node
         self.controller = ReplayController(self._configuration, scan=scan)
+        self._tally = Tally()
+        self._repeats = Repeats("scans", self._tally, settings.sensor_timeout)
+        self._row: Row | None = None
+
+    @property
+    def odd(self) -> list[str]:
+        """What was odd about the scans, a sentence for each kind."""
+        return self._tally.sentences()
 
     def scan_of(self, frame: ScanFrame) -> ScanTTC:
         """Return the scanner of a frame."""
@@ -92,8 +100,17 @@ class Scans:
         stamp, speed = frame.stamp, math.nan if frame.speed is None else frame.speed
         self.controller.reset_if_set_back(stamp)
         self.rated = self.rated or frame.speed is None
+        if self._repeats.found(frame.ranges, stamp) and self._row is not None:
+            decision = self.controller.decide(stamp, motion_of(frame))
+            said = decision.command, decision.reason
+            return self._row._replace(frame=number, stamp=stamp, command=said[0], reason=said[1], speed=speed)
         data = self._kernels.frame(self.controller.brake, self._scan(frame))
         decision = self.controller.decide(stamp, motion_of(frame), stamp=stamp, **data)
+        self._row = self._row_of(number, stamp, speed, decision)
+        return self._row
+
+    def _row_of(self, number: int, stamp: float, speed: float, decision: Decision) -> Row:
+        """Return the row of a decision on a new scan."""
         command, reason, criterion, threats = decision.command, decision.reason, decision.criterion, decision.threats
         nearest = None if threats is None else threats.path or threats.beams
         if threats is None or nearest is None or criterion is None:
@@ -172,6 +189,8 @@ class Clouds:
         """How far ahead of the lidar the points of the vehicle itself reach, where that is said, m."""
         self._begin_tracking()
         self.path = self._path_of(log)
+        self._tally = Tally()
+        self._repeats = Repeats("clouds", self._tally, settings.sensor_timeout)
         configuration, instead = settings.for_estimates(path=self.path is not None)
         if self.path is None and self.outline is not None:
             for each in configuration.criteria or ():
@@ -209,7 +228,9 @@ class Clouds:
             self._own_frames, self._own_distance = self._own_frames + 1, own
         data: dict[str, Any] = {"estimate": Estimate.of(tracked, stamp)} if self._estimates else {}
         if self.path is not None:
-            data |= {"points": self.obstacles(frame.points), "stamp": stamp}
+            cloud = self.obstacles(frame.points)
+            if not self._repeats.found(cloud, stamp):
+                data |= {"points": cloud, "stamp": stamp}
         decision = self.controller.decide(stamp, motion_of(frame), **data)
         plain = robust_min_x(points, gate=gate, estimator=Minimum())
         nearest = max(plain.nearest_x - self.lidar.front_offset, 0.0)
@@ -219,12 +240,13 @@ class Clouds:
     @property
     def odd(self) -> list[str]:
         """What was odd about the clouds, a sentence for each kind."""
+        odd = self._tally.sentences()
         if not self._own_frames:
-            return []
+            return odd
         seen = f"the gate holds the vehicle itself, {self._own_distance:.2f} m ahead of the lidar"
         count = "1 frame" if self._own_frames == 1 else f"{self._own_frames} frames"
         how = f"{option('front_offset')} says where the vehicle ends, or {option('gate_x')}"
-        return [f"{seen}: it was passed over in {count}; {how}"]
+        return [f"{seen}: it was passed over in {count}; {how}", *odd]
 
     def _turned(self, points: NDArray[Any]) -> NDArray[Any]:
         """Return the points of the lidar as the gate looks at them: forward is where the vehicle drives."""

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast.brake import Reason
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
+from ttc_fast.logs.log import ReadErrors
 from ttc_fast.logs.ros import BagScans
 from ttc_fast.replay.pipelines import Clouds, Distances, Scans
 from ttc_fast.replay.settings import Settings
 from ttc_fast.replay.summary import Summary
+from ttc_fast.sensors.oddities import RefusedError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -201,15 +203,21 @@ class Replay:
         pipeline, summary, series = self.pipeline, self.summary, self.series
         take, add, row_of = summary.add, series.add, pipeline.row
         frame: Any = None
+        refused = ReadErrors(self.log.path)
         try:
             for number, each in enumerate(self.log):
                 before, frame = frame, each
-                row = row_of(number, frame)
+                try:
+                    row = row_of(number, frame)
+                except RefusedError as error:
+                    refused.add(f"the frame at {frame.stamp:.3f} s {error}")
+                    continue
                 key_frame = take(row)
                 if key_frame is not None:
                     self.key_frame = key_frame, frame if key_frame is row else before
                 add(row)
                 yield row
+            refused.raise_if_any(summary.frames)
         except LogError as error:
             summary.lost = str(error)
             raise

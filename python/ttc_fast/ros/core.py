@@ -14,13 +14,13 @@ from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.brake.state import CLOCK_TOLERANCE
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
 from ttc_fast.ros_messages import Commanded, Transform
-from ttc_fast.sensors.clock import ANOTHER_CLOCK, SET_BACK, Stamps
+from ttc_fast.sensors.clock import ANOTHER_CLOCK, SET_BACK, Stamps, apart
 from ttc_fast.sensors.clouds import CloudReader, Placement, only_heights
 from ttc_fast.sensors.frames import MixedError, SensorChoice, frame_of
-from ttc_fast.sensors.oddities import Tally, say_on_console
+from ttc_fast.sensors.oddities import RefusedError, Tally, say_on_console
 from ttc_fast.sensors.odometry import OdometryReader
-from ttc_fast.sensors.scans import Geometry, ScanKernels, ScanReader
-from ttc_fast.sensors.transforms import Transforms, is_level
+from ttc_fast.sensors.scans import Geometry, Repeats, ScanKernels, ScanReader
+from ttc_fast.sensors.transforms import Transforms, is_level, tilted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -80,6 +80,7 @@ class BrakeNode:
         self._kernels: ScanKernels
         self._mount: tuple[float, float, float] = settings.mount
         self._upside_down = False
+        self._tilted = ""
         self.settings = settings
         self._forget()
         self.change(settings)
@@ -93,7 +94,11 @@ class BrakeNode:
         self._configuration = settings.configuration()
         self._placed.clear()
         self._place(None)
-        self._motion_timeout = self._configuration.brake.get("motion_timeout", BrakeSettings.motion_timeout)
+        brake = self._configuration.brake
+        self._motion_timeout = brake.get("motion_timeout", BrakeSettings.motion_timeout)
+        timeout = brake.get("sensor_timeout", BrakeSettings.sensor_timeout)
+        topics = {SCAN: settings.scan_topic, CLOUD: settings.points_topic}
+        self._repeats = {source: Repeats(topic, self._odd, timeout) for source, topic in topics.items()}
         controllers, self._controllers = self._controllers, {}
         if settings.scan_topic:
             scan = self._kernels.of(NO_SCAN)
@@ -113,7 +118,9 @@ class BrakeNode:
         self._latest: Decision | None = None
         self._source = SCAN
         self._took = self._took_at_most = 0.0
+        self._answers: list[tuple[Decision, str]] = []
         self._odometry: dict[str, OdometryReader] = {}
+        self._moved_by, self._moved_at = "", -math.inf
         topics = {SCAN: self.settings.scan_topic, CLOUD: self.settings.points_topic}
         self._stamps = {source: Stamps(topic, self._odd) for source, topic in topics.items()}
         self._placed: dict[str, tuple[str, Mount | None]] = {}
@@ -148,8 +155,19 @@ class BrakeNode:
         early, late = measured - now - CLOCK_TOLERANCE, now - measured - self._motion_timeout
         if early > 0.0 or late > 0.0:
             self._other_clock(topic, measured - now, "it is not used")
-        if twist is not None:
+        elif twist is not None and (topic == self._moved_by or self._is_chosen(topic, now)):
+            self._moved_at = now
             self._motion = self._unjudged = Motion(twist.speed, twist.yaw_rate, twist.lateral_speed, measured)
+
+    def _is_chosen(self, topic: str, now: float) -> bool:
+        """Return whether odometry of this topic holds: of several, that of the first in ``odom_topics`` that comes."""
+        names, before = self.settings.odom_topics, self._moved_by
+        rank, rank_before = (names.index(each) if each in names else 0 for each in (topic, before))
+        if rank_before <= rank and now - self._moved_at <= self._motion_timeout:
+            self._odd.count(f"{topic}, odometry", f"is ignored while that of {before} comes")
+            return False
+        self._moved_by = topic
+        return True
 
     def on_speed(self, now: float, speed: float) -> None:
         """Take a bare speed, m/s; it counts as measured when it came."""
@@ -201,8 +219,13 @@ class BrakeNode:
                 return self.tick(now)
             if frame_id and SCAN not in self._placed:
                 self._place(frame_id)
-            frame = self._kernels.frame(self._controllers[SCAN], self._scans.read(scan))
-            outputs = self._decide(now, SCAN, stamp=self._measured(SCAN, now, stamp), **frame)
+            if self._tilted:
+                raise RefusedError(self._tilted)
+            read, measured = self._scans.read(scan), self._measured(SCAN, now, stamp)
+            if self._repeats[SCAN].found(read.ranges, measured):
+                return self.tick(now)
+            frame = self._kernels.frame(self._controllers[SCAN], read)
+            outputs = self._decide(now, SCAN, stamp=measured, **frame)
         except UNREADABLE as error:
             return self._refused(SCAN, error, now)
         self._count_time(began)
@@ -224,9 +247,16 @@ class BrakeNode:
     def _place(self, frame_id: str | None) -> None:
         """Place the scanner: as the user says, or by the static transforms, or at the vehicle's origin."""
         configuration, mount = self._configuration, None
+        self._tilted = ""
         if frame_id is not None:
             mount = self._mount_of(SCAN, frame_id)
-            if mount is None or "mount" in configuration.scan or not is_level(mount):
+            if "mount" in configuration.scan:
+                return
+            if mount is None:
+                self._count_unplaced(SCAN, frame_id)
+                return
+            if not is_level(mount):
+                self._tilted = tilted(mount, "mount")
                 return
             configuration = replace(configuration, scan={**configuration.scan, "mount": mount.place})
             if mount.place == self._mount and mount.upside_down is self._upside_down:
@@ -249,8 +279,10 @@ class BrakeNode:
         began = time.perf_counter()
         self._look_at_clock(now)
         try:
-            cloud = only_heights(points, *self.settings.height)
-            outputs = self._decide(now, CLOUD, points=cloud, stamp=self._measured(CLOUD, now, stamp))
+            cloud, measured = only_heights(points, *self.settings.height), self._measured(CLOUD, now, stamp)
+            if self._repeats[CLOUD].found(cloud, measured):
+                return self.tick(now)
+            outputs = self._decide(now, CLOUD, points=cloud, stamp=measured)
         except UNREADABLE as error:
             return self._refused(CLOUD, error, now)
         self._count_time(began)
@@ -277,13 +309,18 @@ class BrakeNode:
         mount = self._mount_of(CLOUD, frame_id)
         placement = Placement.of(mount, frame_id)
         if placement is None:
-            if frame_id.lstrip("/") not in ("", self.settings.base_frame):
-                why = f"{frame_id} is placed by no static transform, and taken for {self.settings.base_frame}"
-                self._odd.count(f"{self.settings.points_topic}, frame", why)
+            self._count_unplaced(CLOUD, frame_id)
             return points
         how = "has z forward, x right, y down" if mount is None else f"is {mount.text}"
         self._odd.count(f"{self.settings.points_topic}, frame", f"{frame_id} {how}")
         return placement.placed(points)
+
+    def _count_unplaced(self, source: str, frame_id: str) -> None:
+        """Count a message of a frame that is not known to be that of the vehicle, and is taken for it."""
+        base = self.settings.base_frame
+        if frame_id.lstrip("/") not in ("", base.lstrip("/")):
+            why = f"{frame_id} is placed by no static transform, and taken for {base}"
+            self._odd.count(f"{self._sensors[source].name}, frame", why)
 
     def tick(self, now: float) -> Outputs:
         """Decide without new data, which notices data that stopped. An adapter calls it every ``watchdog_period``."""
@@ -315,9 +352,8 @@ class BrakeNode:
 
     def _other_clock(self, topic: str, ahead: float, so: str) -> None:
         """Count a message whose stamp cannot be used."""
-        way = "after" if ahead > 0.0 else "before"
-        why = f"its stamp is {abs(ahead):.3g} s {way} the clock of this node, so {so}: set the clocks, or "
-        why += "set use_stamps to false"
+        how = apart(round(ahead, 3), "the clock of this node")
+        why = f"its stamp is {how}, so {so}: set the clocks, or set use_stamps to false"
         self._odd.count(f"{topic}, clock", why)
 
     def _look_at_clock(self, now: float) -> None:
@@ -338,16 +374,18 @@ class BrakeNode:
         if asked is not None:
             steering_angle = asked.steering_angle
             driver["commanded"] = motion_asked_for(asked, self.settings.wheelbase)
-        answers = [
+        self._answers = answers = [
             (controller.update(now, motion=motion, **driver, **(data if name == source else {})), name)
             for name, controller in self._controllers.items()
         ]
         decision, self._source = max(answers, key=_severity)
         self._latest = decision
-        return Outputs(decision.command is Command.BRAKE, self._drive(decision), decision, steering_angle)
+        return Outputs(decision.command is Command.BRAKE, self._drive(decision, now), decision, steering_angle)
 
-    def _drive(self, decision: Decision) -> Drive | None:
-        speed = self._motion.speed if self._motion else 0.0
+    def _drive(self, decision: Decision, now: float) -> Drive | None:
+        motion = self._motion
+        is_known = motion is not None and motion.stamp is not None and now - motion.stamp <= self._motion_timeout
+        speed = motion.speed if motion is not None and is_known else 0.0
         if decision.command is Command.BRAKE:
             slow = 0.0 if decision.reason in UNSEEING else min(abs(speed), self.settings.brake_speed)
             return Drive(math.copysign(slow, speed) if slow else 0.0, decision.deceleration)
@@ -375,7 +413,8 @@ class BrakeNode:
         self._took_at_most = 0.0
         mixed = [f"{sensor.name} {sensor.mixed}" for sensor in self._sensors.values() if sensor.mixed]
         level = ERROR if mixed else _level(decision)
-        return Diagnostics(level, NAME, "; ".join([str(decision), *mixed]), values + self._counted())
+        others = [f"{source}: {each}" for each, source in self._answers if each is not decision and each.command]
+        return Diagnostics(level, NAME, "; ".join([str(decision), *others, *mixed]), values + self._counted())
 
     def _counted(self) -> list[tuple[str, str]]:
         return self._dropped.values("dropped") + self._odd.values("odd")
@@ -403,8 +442,11 @@ def _after(before: BrakeController | None, controller: BrakeController) -> Brake
     return controller
 
 
-def _severity(answer: tuple[Decision, str]) -> int:
-    return answer[0].command
+def _severity(answer: tuple[Decision, str]) -> tuple[float, ...]:
+    """Return what makes one decision more severe than another: the command, then what it asks of the vehicle."""
+    decision = answer[0]
+    share = decision.value / decision.threshold if decision.threshold > 0.0 else math.inf
+    return decision.command, decision.reason in UNSEEING, -decision.speed_limit, decision.deceleration, -share
 
 
 def _level(decision: Decision) -> int:

@@ -110,6 +110,18 @@ class StampSurvey:
         return 1.0 if abs(rate - 1.0) <= REAL_TIME else rate
 
 
+def apart(ahead: float, of: str) -> str:
+    """Return how far stamps are from others, or from a clock.
+
+    Examples
+    --------
+    >>> from ttc_fast.sensors.clock import apart
+    >>> apart(-5.0, "the clock of this node")
+    '5 s before the clock of this node'
+    """
+    return f"{abs(ahead):.10g} s {'after' if ahead > 0.0 else 'before'} {of}"
+
+
 def other_clock(name: str, ahead: float, of: str, remedy: str) -> str:
     """Return a sentence that names two clocks which cannot be compared; empty where they can be.
 
@@ -123,7 +135,5 @@ def other_clock(name: str, ahead: float, of: str, remedy: str) -> str:
     """
     if abs(ahead) <= ANOTHER_CLOCK:
         return ""
-    way = "after" if ahead > 0.0 else "before"
-    return (
-        f"the stamps of {name} are {abs(ahead):.0f} s {way} those of {of}: two clocks that cannot be compared; {remedy}"
-    )
+    how = apart(round(ahead), f"those of {of}")
+    return f"the stamps of {name} are {how}: two clocks that cannot be compared; {remedy}"

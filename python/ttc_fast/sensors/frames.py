@@ -115,7 +115,8 @@ class Turns:
 
     def found(self, ranges: Any) -> bool:
         """Take up the next scan, and return whether it is clear that two sensors take turns."""
-        now = ranges[:: len(ranges) // COMPARED or 1].tolist()
+        beams = len(ranges)
+        now = ranges[[i * beams // COMPARED for i in range(COMPARED)]].tolist()  # those of any number of readings
         last, before_last = self._last, self._before_last
         self._before_last, self._last = last, now
         turn = share_alike(now, last) < 0.25 and share_alike(now, before_last) > 0.75

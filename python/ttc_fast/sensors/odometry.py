@@ -137,7 +137,7 @@ class OdometryReader:
         before = self._pose_before(stamp)
         self._poses.append((stamp, pose))
         if said is None or not any(said):  # not known, or nobody filled it in: the poses tell
-            derived = said if before is None else between(before[1], pose, stamp - before[0])
+            derived = None if before is None else between(before[1], pose, stamp - before[0])
             if derived is not None and not math.isfinite(sum(derived)):
                 raise RefusedError(f"is not finite: from pose to pose the vehicle would move by {derived}")
             return derived
@@ -153,10 +153,13 @@ class OdometryReader:
         self._odd.count(f"{self._name}, clock", why)
 
     def _pose_before(self, stamp: float) -> tuple[float, Pose] | None:
-        """Return the latest pose that is old enough, or the oldest; and forget those before it."""
+        """Return the latest pose that is old enough, or the oldest; and forget those before it.
+
+        After a pause there is none: how the vehicle moved during it says nothing about its speed now.
+        """
         poses = self._poses
-        if poses and not poses[-1][0] < stamp:  # the clock was set back, or nothing has passed
-            poses.clear()
+        if poses and not 0.0 < stamp - poses[-1][0] <= PAUSE + ROUNDING:
+            poses.clear()  # after a pause; or the clock was set back, or nothing has passed
         while len(poses) > 1 and poses[1][0] <= stamp - SPAN + ROUNDING:
             poses.popleft()
         return poses[0] if poses else None

@@ -19,7 +19,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from ttc_fast._core import ScanTTC
+from ttc_fast.configuration import ConfigurationError
 from ttc_fast.sensors.oddities import RefusedError
 
 if TYPE_CHECKING:
@@ -36,6 +39,8 @@ SAME = 1.0 / 16.0
 KEPT = 64
 """The number of geometries whose kernels are kept."""
 TURN = 2.0 * math.pi
+ROUNDING = 1e-3
+"""s; stamps that are rounded in another way must not decide otherwise."""
 
 
 class Geometry(NamedTuple):
@@ -54,9 +59,13 @@ class Geometry(NamedTuple):
 
     def is_nearly(self, other: Geometry) -> bool:
         """Return whether every beam points where the other's does, but for a small part of a beam."""
+        return self.range_min == other.range_min and self.range_max == other.range_max and self.points_like(other)
+
+    def points_like(self, other: Geometry) -> bool:
+        """Return whether every beam points where the other's does, whatever its readings can be."""
         tolerance = SAME * abs(self.angle_increment)
         return (
-            self[2:] == other[2:]
+            self.beams == other.beams
             and abs(self.angle_min - other.angle_min) <= tolerance
             and abs(self.angle_last - other.angle_last) <= tolerance
         )
@@ -118,7 +127,7 @@ knows where its beams point
         self._said: tuple[Any, ...] | None = None
         self._geometry: Geometry | None = None
         self._off_by_one = ""
-        self._sound: set[Geometry] = set()
+        self._sound: set[tuple[float, float, int]] = set()
 
     def read(self, scan: Any) -> Scan:
         """Return what any object with the fields of sensor_msgs/LaserScan says; RefusedError where it is nonsense."""
@@ -162,14 +171,16 @@ knows where its beams point
                 f"has angle_min {angle_min:g} and angle_increment {angle_increment:g}, which must be finite"
             )
         geometry = Geometry(float(angle_min), float(angle_increment), beams, float(range_min), float(range_max))
-        if geometry not in self._sound:
-            try:
-                ScanTTC(**geometry._asdict())
-            except ValueError as error:
-                raise RefusedError(f"cannot be read: {error}") from None
+        directions = geometry[:3]
+        is_known = directions in self._sound
+        try:  # the limits of a reading are checked by one beam, where they alone are new
+            ScanTTC(**(geometry._replace(beams=1) if is_known else geometry)._asdict())
+        except ValueError as error:
+            raise RefusedError(f"cannot be read: {error}") from None
+        if not is_known:
             if len(self._sound) >= KEPT:
                 self._sound.clear()
-            self._sound.add(geometry)
+            self._sound.add(directions)
         # An angle_max of 0 is one that nobody filled in.
         if angle_max and math.isfinite(angle_max) and angle_increment:
             self._check_last(geometry, angle_max)
@@ -185,6 +196,50 @@ knows where its beams point
         if apart > OFF_BY_ONE:
             raise RefusedError(f"{text}: nobody knows where its beams point")
         self._off_by_one = f"{text}, a beam off; the readings are taken as counted from angle_min"
+
+
+class Repeats:
+    """Finds that a message repeats the readings of the one before, under a new stamp.
+
+    Simulators publish faster than they measure, and some drivers hand a measurement over again. That is no new
+    measurement, so it casts no vote: the decision stays as it was, and grows older. A scene may stand, though, and an
+    open field shows nothing in every scan. So a quarter of ``sensor_timeout`` after they first came, which is before
+    they are too old, the readings count as measured anew.
+
+    Parameters
+    ----------
+    name : str
+        The topic, which repeats are counted by.
+    odd : Tally
+        Counts the repeats.
+    sensor_timeout : float
+        The age from which sensor data are too old, s.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ttc_fast.sensors.oddities import Tally
+    >>> from ttc_fast.sensors.scans import Repeats
+    >>> repeats = Repeats("/scan", Tally(), 0.3)
+    >>> [repeats.found(np.ones(3), 0.05 * i) for i in range(4)]
+    [False, True, False, True]
+    """
+
+    def __init__(self, name: str, odd: Tally, sensor_timeout: float) -> None:
+        self._name = name
+        self._odd = odd
+        self._counts_from = sensor_timeout / 4.0 - ROUNDING
+        self._bytes = b""
+        self._at = -math.inf
+
+    def found(self, readings: Any, stamp: float) -> bool:
+        """Return whether readings are those of the message before; otherwise take them up."""
+        now: bytes = readings.tobytes()
+        if now == self._bytes and 0.0 < stamp - self._at < self._counts_from:
+            self._odd.count(f"{self._name}, readings", "are those of the message before, to the bit: they cast no vote")
+            return True
+        self._bytes, self._at = now, stamp
+        return False
 
 
 class ScanKernels:
@@ -203,6 +258,8 @@ class ScanKernels:
         self._upside_down = upside_down
         self._made: dict[Geometry, ScanTTC] = {}
         self._fitted: tuple[Geometry, BrakeController] | None = None
+        self._limits: tuple[float, float] | None = None
+        """The limits of the scan where those of its kernel are wider."""
         self._has_time_increment = "time_increment" in configuration.brake
 
     def of(self, geometry: Geometry) -> ScanTTC:
@@ -227,9 +284,43 @@ class ScanKernels:
         geometry = scan.geometry
         fitted = self._fitted
         if fitted is None or fitted[0] != geometry or fitted[1] is not controller:
-            kernel = self.of(geometry)
+            try:
+                kernel = self._fitting(geometry)
+            except ConfigurationError as error:  # such as a mask that has a value for each of other beams
+                raise RefusedError(f"cannot be read with these settings: {error}") from None
             if controller.scan is not kernel:
                 controller.use_scan(kernel)
             self._fitted = geometry, controller
         between = None if self._has_time_increment else scan.time_increment
-        return {"ranges": scan.ranges, "time_increment": between}
+        ranges = scan.ranges if self._limits is None else within(scan.ranges, *self._limits)
+        return {"ranges": ranges, "time_increment": between}
+
+    def _fitting(self, geometry: Geometry) -> ScanTTC:
+        """Return the scanner of a geometry, or one of the same beams that takes readings in wider limits.
+
+        A driver may say the least and the greatest reading of each scan as its limits. One kernel serves them all.
+        """
+        self._limits = None
+        alike = [each for each in self._made if each.points_like(geometry)]
+        if not alike or any(each.is_nearly(geometry) for each in alike):
+            return self.of(geometry)
+        of_user = self._configuration.scan
+        low = -math.inf if "range_min" in of_user else geometry.range_min
+        high = math.inf if "range_max" in of_user else geometry.range_max
+        self._limits = low, high
+        return self.of(alike[0]._replace(range_min=0.0, range_max=math.inf))
+
+
+def within(ranges: Any, low: float, high: float) -> Any:
+    """Return readings of which those outside of limits are NaN, but for infinite ones, which are no readings.
+
+    Examples
+    --------
+    >>> import math, numpy as np
+    >>> from ttc_fast.sensors.scans import within
+    >>> within(np.array([-math.inf, 0.1, 3.0, 40.0, math.inf]), 0.2, 30.0)
+    array([-inf,  nan,   3.,  nan,  inf])
+    """
+    ranges = np.asarray(ranges)
+    outside = ((ranges < low) & (ranges > -math.inf)) | ((ranges > high) & (ranges < math.inf))
+    return np.where(outside, ranges.dtype.type(math.nan), ranges) if outside.any() else ranges

@@ -75,7 +75,7 @@ class Transforms:
 
     def add(self, transforms: Iterable[Transform]) -> bool:
         """Take up transforms; return whether any of them was new. Those that make no sense are left out."""
-        new = False
+        new: dict[str, tuple[str, NDArray[np.float64]]] = {}
         for parent, child, translation, rotation in transforms:
             size = math.sqrt(sum(each * each for each in rotation))
             if not (0.0 < size < math.inf and math.isfinite(sum(translation))):
@@ -85,9 +85,9 @@ class Transforms:
             placed[:3, 3] = translation
             name, before = child.lstrip("/"), self._parents.get(child.lstrip("/"))
             if before is None or before[0] != parent.lstrip("/") or not np.array_equal(before[1], placed):
-                self._parents[name] = parent.lstrip("/"), placed
-                new = True
-        return new
+                new[name] = parent.lstrip("/"), placed
+        self._parents.update(new)  # all of a message or, where one of them raises, none
+        return bool(new)
 
     def __len__(self) -> int:
         return len(self._parents)
@@ -129,6 +129,13 @@ class Transforms:
 def is_level(mount: Mount) -> bool:
     """Return whether a scanner that is mounted so scans the plane in which the vehicle moves."""
     return bool(abs(mount.turn[2, 2]) >= math.cos(FALLEN))
+
+
+def tilted(mount: Mount, how: str) -> str:
+    """Return the sentence that refuses a scanner which is not level; ``how`` is how the user places it instead."""
+    degrees = math.degrees(math.acos(min(abs(float(mount.turn[2, 2])), 1.0)))
+    why = "and does not scan the plane in which the vehicle moves"
+    return f"is tilted by {degrees:.0f} degrees by the static transforms, {why}; {how} places it all the same"
 
 
 def is_optical(frame: str) -> bool:
