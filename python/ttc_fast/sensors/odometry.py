@@ -134,10 +134,12 @@ class OdometryReader:
         if not math.isfinite(sum(pose)):
             self._odd.count(f"{self._name}, pose", "is not finite; the twist is used without it")
             return said
-        before = self._pose_before(stamp)
+        is_first, before = not self._poses, self._pose_before(stamp)
         self._poses.append((stamp, pose))
         if said is None or not any(said):  # not known, or nobody filled it in: the poses tell
-            derived = None if before is None else between(before[1], pose, stamp - before[0])
+            derived = said if is_first else None
+            if before is not None:
+                derived = between(before[1], pose, stamp - before[0])
             if derived is not None and not math.isfinite(sum(derived)):
                 raise RefusedError(f"is not finite: from pose to pose the vehicle would move by {derived}")
             return derived
