@@ -278,9 +278,9 @@ def test_of_two_topics_of_odometry_the_first_named_holds_while_it_comes(make: Ma
     brakes = []
     for i in range(40):
         node.now += PERIOD
-        node.odometry(9.0, topic="/vesc/odom")
         if i < 20:
             node.odometry(1.0)
+        node.odometry(9.0, topic="/vesc/odom")
         brakes.append(node.scan(np.full(BEAMS, 10.0)).brake)
     assert brakes[0] is False
     assert not any(brakes[:20])
