@@ -25,7 +25,7 @@ help: ## list these commands
 
 test: $(VENV)/.has-test ## run the tests, Rust and Python
 	$(call say,Rust tests)
-	cargo test --quiet --workspace --exclude ttc-fast-python --locked
+	cargo test --quiet --package ttc-fast-core --locked
 	$(call say,Python tests)
 	$(BIN)/pytest
 	@[ ! -e $(ROS2)/.has-rclpy ] || { \
@@ -35,9 +35,9 @@ demo: $(VENV)/.has-demo ## replay the simulated samples, or a log, through the b
 	$(call say,replaying $(or $(LOG),the two simulated logs that the package ships); pictures go into demo-out)
 	$(BIN)/ttc-fast demo $(if $(LOG),"$(LOG)")
 
-bench: $(VENV)/.has-bench ## measure kernels, whole Python calls beside others, and how far the goals are reached
+bench: $(VENV)/.release ## measure kernels, whole Python calls beside others, and how far the goals are reached
 	$(call say,kernels)
-	cargo bench --package ttc-fast-core --locked
+	cargo bench --package ttc-fast-benches --locked
 	$(call say,Python calls)
 	$(BIN)/pytest benches
 	$(call say,all implementations side by side)
@@ -47,7 +47,7 @@ bench: $(VENV)/.has-bench ## measure kernels, whole Python calls beside others, 
 
 bench-check: $(VENV)/.has-bench ## run every benchmark once, as a test of its answer
 	$(call say,kernels)
-	cargo bench --package ttc-fast-core --locked -- --test
+	cargo bench --package ttc-fast-benches --profile quick --locked -- --test
 	$(call say,Python calls)
 	$(BIN)/pytest benches --benchmark-disable
 
@@ -109,8 +109,17 @@ $(VENV)/.created:
 	@$(BIN)/python -m pip install --quiet --upgrade pip "$(MATURIN)"
 	@touch $@
 
-# The package as an editable release build, with one of its extras. Cargo skips what it has built before.
+INSTALL = PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-compile --no-build-isolation
+
+# The package as an editable install of the quick build, with one of its extras. Cargo skips what it has built before.
 $(VENV)/.has-%: $(VENV)/.created $(SOURCES)
 	$(call say,ttc_fast[$*] in $(VENV): fetches what it needs and builds the Rust kernels; about three minutes the first time)
-	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-build-isolation --editable ".[$*]"
+	@$(INSTALL) --editable ".[$*]"
+	@rm -f $(VENV)/.release
+	@touch $@
+
+# What is measured is what wheels hold.
+$(VENV)/.release: $(VENV)/.has-bench
+	$(call say,a release build of the Rust kernels)
+	@$(INSTALL) --no-deps --config-settings=build-args="--profile release" --editable .
 	@touch $@

@@ -36,6 +36,7 @@ LEGEND = (
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure everything, print it, and put it into the document."""
     arguments = _parser().parse_args(argv)
+    machine.require_release()
     table, shortfalls = goals(arguments.rounds)
     reports = [table, single.bounds(), single.latency(arguments.calls)]
     terminal = console()

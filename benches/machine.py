@@ -10,6 +10,13 @@ import numba
 import numpy as np
 
 import ttc_fast
+from ttc_fast._core import BUILD_PROFILE
+
+
+def require_release() -> None:
+    """Exit unless the kernels are a release build: times of another one say nothing about wheels."""
+    if BUILD_PROFILE != "release":
+        raise SystemExit(f"the kernels are a {BUILD_PROFILE} build; make bench installs and measures a release")
 
 
 def describe() -> dict[str, str]:

@@ -29,6 +29,7 @@ LEGEND = (
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure what the arguments ask for, and print it."""
     arguments = _parser().parse_args(argv)
+    machine.require_release()
     reports = []
     for domain in DOMAINS:
         if cases := [case for case in domain.cases if arguments.only in str(case)]:

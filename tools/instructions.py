@@ -1,6 +1,6 @@
 """Count the instructions of the hot calls, and hold them to the recorded figures.
 
-callgrind counts, at the AVX2 level and on pinned input (``rust/core/examples/hot_calls.rs``), so that a regression is
+callgrind counts, at the AVX2 level and on pinned input (``rust/benches/src/bin/hot_calls.rs``), so that a regression is
 seen on a noisy machine too. A call costs what 16 of them cost more than 8: what comes before the calls cancels out.
 
 A call that grew by more than 5 % fails; one that shrank as much asks to be recorded again. What a compiler makes of the
@@ -43,7 +43,7 @@ def obstacle() -> str | None:
 
 def build() -> str:
     """Build the program that makes the calls, as a release, and return its path."""
-    command = "cargo build --release --locked --package ttc-fast-core --example hot_calls"
+    command = "cargo build --release --locked --package ttc-fast-benches --bin hot_calls"
     options = ["--quiet", "--message-format=json-render-diagnostics"]
     messages = map(json.loads, run(*command.split(), *options).splitlines())
     return next(str(message["executable"]) for message in messages if message.get("executable"))

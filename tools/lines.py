@@ -12,7 +12,7 @@ AREAS = {
     "binding": ["rust/python/src"],
     "package": ["python/ttc_fast"],
     "tests": ["tests", "rust/core/tests"],
-    "benches": ["benches", "rust/core/benches", "rust/core/examples"],
+    "benches": ["benches", "rust/benches"],
     "evaluation": ["evaluation"],
     "tools": ["tools"],
 }

@@ -9,6 +9,7 @@ from typing_extensions import Self, Unpack
 from ttc_fast.status import Detection, RoadStatus, Status
 
 __all__ = [
+    "BUILD_PROFILE",
     "SIMD_LEVEL",
     "Alignment",
     "AlphaBeta",
@@ -78,6 +79,7 @@ _Buffer: TypeAlias = array[float] | memoryview[Any] | Sequence[float] | Sequence
 _Scan: TypeAlias = np.ndarray[tuple[int], np.dtype[_Float]] | _Buffer
 _Scans: TypeAlias = np.ndarray[tuple[int, int], np.dtype[_Float]]
 
+BUILD_PROFILE: str  # Cargo's: release in wheels
 SIMD_LEVEL: str
 __version__: str
 

@@ -11,6 +11,7 @@ from rich.table import Table
 
 import ttc_fast
 from ttc_fast import SIMD_LEVEL, Gate, KthSmallest, reference
+from ttc_fast._core import BUILD_PROFILE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -122,7 +123,8 @@ def report(timings: list[Timing], console: Console) -> None:
     for name, fast, slow, size in timings:
         times = (f"{1e6 * fast:.2f} µs", f"{1e6 * slow:.1f} µs")
         table.add_row(name, str(size), *times, f"{slow / fast:.0f} x", f"{size / fast / 1e6:.0f} M")
-    console.print(f"float32 beams or points, whole Python calls, kernels: {SIMD_LEVEL}, NumPy {np.__version__}")
+    build = "" if BUILD_PROFILE == "release" else f" ({BUILD_PROFILE} build, slower than a release)"
+    console.print(f"float32 beams or points, whole Python calls, kernels: {SIMD_LEVEL}{build}, NumPy {np.__version__}")
     console.print(table)
     console.print("medians, both sides in turns; the answers were compared and agree")
 

@@ -30,6 +30,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     // NumPy's C interface is looked up once; better now than in the first call of a control loop.
     numpy::dtype::<f32>(m.py());
     m.add("SIMD_LEVEL", util::run::choose_level()?)?;
+    m.add("BUILD_PROFILE", env!("TTC_FAST_BUILD_PROFILE"))?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add("NoDataError", m.py().get_type::<util::NoDataError>())?;
     m.add_class::<estimators::NeighbourSupport>()?;

@@ -2,13 +2,10 @@
 //!
 //! Without arguments it names them; with a name and a number it makes that call that number of times.
 
-#[path = "../benches/inputs/mod.rs"]
-mod inputs;
-
-use inputs::{Random, STRAIGHT, TURNING, plane};
 use std::env;
 use std::f64::consts::PI;
 use std::hint::black_box;
+use ttc_fast_benches::{self as inputs, Random, STRAIGHT, TURNING, plane};
 use ttc_fast_core::Status;
 use ttc_fast_core::camera::{self, Keypoints, ttc_from_keypoints};
 use ttc_fast_core::cloud::{Detection, Estimator, Gate, robust_min_x};

@@ -1,10 +1,8 @@
 //! The scan kernels at every instruction-set level, each checked against a naive loop before it is timed.
 
-mod inputs;
-
 use criterion::{Bencher, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use inputs::{CAR, MOUNT, STRAIGHT, TURNING, rooms, scanner};
 use std::hint::black_box;
+use ttc_fast_benches::{CAR, MOUNT, STRAIGHT, TURNING, rooms, scanner};
 use ttc_fast_core::column::{Column, ColumnMut};
 use ttc_fast_core::scan::{ScanTtc, Settings};
 use ttc_fast_core::simd::Level;

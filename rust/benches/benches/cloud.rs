@@ -1,10 +1,8 @@
 //! The cloud kernel at every instruction-set level, each answer checked against a naive loop before it is timed.
 
-mod inputs;
-
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use inputs::Random;
 use std::hint::black_box;
+use ttc_fast_benches::Random;
 use ttc_fast_core::cloud::{Estimator, Gate, MinX, robust_min_x};
 use ttc_fast_core::column::{Column, Table};
 use ttc_fast_core::points::{Intensity, Points};

@@ -1,6 +1,6 @@
 //! Inputs that several benchmarks and the counted calls use, the same in every run.
 
-#![allow(dead_code, reason = "each program that includes this file uses a part of it")]
+#![allow(clippy::missing_panics_doc, clippy::must_use_candidate, reason = "only the benchmarks of this crate use it")]
 
 use std::f64::consts::PI;
 use ttc_fast_core::column::{Column, Table};

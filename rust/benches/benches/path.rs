@@ -1,10 +1,8 @@
 //! The swept path kernels at every instruction-set level, each checked against small time steps before it is timed.
 
-mod inputs;
-
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use inputs::{CAR, Random, STRAIGHT, TURNING, plane, wall};
 use std::hint::black_box;
+use ttc_fast_benches::{CAR, Random, STRAIGHT, TURNING, plane, wall};
 use ttc_fast_core::column::ColumnMut;
 use ttc_fast_core::path::SweptPath;
 use ttc_fast_core::real::Real;
