@@ -23,7 +23,7 @@ fn room(points: usize) -> [Vec<f32>; 2] {
     let mut random = Random(2026);
     let place = |i: usize| {
         let angle = 4.0 * i as f64 / points as f64 - 2.0;
-        let range = wall(angle) + 0.02 * random.next();
+        let range = wall(angle) + 0.02 * random.uniform();
         (f32::from_f64(range * angle.cos()), f32::from_f64(range * angle.sin()))
     };
     let (x, y) = (0..points).map(place).unzip();

@@ -23,14 +23,14 @@ pub struct Random(pub u64);
 
 impl Random {
     /// Returns the next number.
-    pub fn next(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f64 / f64::from(1_u32 << 24)
     }
 
     /// Returns the next number, moved into an interval.
     pub fn between(&mut self, low: f64, high: f64) -> f32 {
-        f32::from_f64(low + (high - low) * self.next())
+        f32::from_f64(low + (high - low) * self.uniform())
     }
 }
 
@@ -49,8 +49,8 @@ pub fn scanner(beams: usize) -> Settings {
 pub fn rooms<T: Real, const N: usize>(scanner: &Settings) -> [Vec<T>; N] {
     let mut random = Random(2026);
     let mut reading = |angle: f64| {
-        let wall = wall(angle) + 0.02 * random.next();
-        match random.next() {
+        let wall = wall(angle) + 0.02 * random.uniform();
+        match random.uniform() {
             chance if chance < 0.02 => f64::NAN,
             chance if chance < 0.04 => f64::INFINITY,
             chance if chance < 0.05 => 0.005,

@@ -179,7 +179,7 @@ fn track(method: Method, times: usize) {
     let mut random = Random(2028);
     for frame in 0..times {
         let stamp = 0.1 * frame as f64;
-        let distance = 30.0 + 10.0 * (0.2 * stamp).sin() + 0.05 * (random.next() - 0.5);
+        let distance = 30.0 + 10.0 * (0.2 * stamp).sin() + 0.05 * (random.uniform() - 0.5);
         let seen = tracker.update(black_box(distance), stamp, None).expect("there is no noise to be wrong");
         assert!(seen.distance > 19.0);
     }
@@ -226,9 +226,9 @@ fn streets(record: usize) -> [Vec<u8>; FRAMES] {
         let road = SENSOR_HEIGHT / (-slope).max(0.0);
         let car = 8.0 / forward;
         let is_car = (car * left).abs() < 0.9 && (-1.4..-0.2).contains(&(car * slope));
-        let distance = (8.0 / left.abs()).min(road).min(if is_car { car } else { 80.0 }) + 0.05 * random.next();
-        let returned = if random.next() < 0.03 { 0.0 } else { distance };
-        [returned * forward, returned * left, returned * slope, random.next()].map(f32::from_f64)
+        let distance = (8.0 / left.abs()).min(road).min(if is_car { car } else { 80.0 }) + 0.05 * random.uniform();
+        let returned = if random.uniform() < 0.03 { 0.0 } else { distance };
+        [returned * forward, returned * left, returned * slope, random.uniform()].map(f32::from_f64)
     };
     let mut frame = || {
         let mut bytes = Vec::with_capacity(RINGS * AZIMUTHS * record);
@@ -248,8 +248,8 @@ fn pictures() -> [[Vec<f32>; 4]; FRAMES] {
     let mut frame = || {
         let mut columns: [Vec<f32>; 4] = Default::default();
         for _ in 0..MATCHES {
-            let before = [550.0 + 150.0 * random.next(), 180.0 + 150.0 * random.next()];
-            let now = before.map(|at| 1.01 * at + random.next() - 0.5);
+            let before = [550.0 + 150.0 * random.uniform(), 180.0 + 150.0 * random.uniform()];
+            let now = before.map(|at| 1.01 * at + random.uniform() - 0.5);
             let numbers = [before[0], before[1], now[0], now[1]].map(f32::from_f64);
             columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
         }
