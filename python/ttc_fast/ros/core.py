@@ -378,7 +378,7 @@ class BrakeNode:
             (controller.update(now, motion=motion, **driver, **(data if name == source else {})), name)
             for name, controller in self._controllers.items()
         ]
-        decision, self._source = max(answers, key=_severity)
+        decision, self._source = answers[0] if len(answers) == 1 else max(answers, key=_severity)
         self._latest = decision
         return Outputs(decision.command is Command.BRAKE, self._drive(decision, now), decision, steering_angle)
 

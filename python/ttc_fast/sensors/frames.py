@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ttc_fast.sensors.oddities import RefusedError
 
 if TYPE_CHECKING:
@@ -112,29 +114,44 @@ class Turns:
         self._last: list[float] = []
         self._before_last: list[float] = []
         self._count = 0
+        self._beams, self._chosen = 0, np.arange(0)
+        """The beams that are compared, spread over however many there are."""
 
     def found(self, ranges: Any) -> bool:
         """Take up the next scan, and return whether it is clear that two sensors take turns."""
         beams = len(ranges)
-        now = ranges[[i * beams // COMPARED for i in range(COMPARED)]].tolist()  # those of any number of readings
+        if beams != self._beams:
+            self._beams, self._chosen = beams, np.arange(COMPARED) * beams // COMPARED
+        now = ranges[self._chosen].tolist()
         last, before_last = self._last, self._before_last
         self._before_last, self._last = last, now
-        turn = share_alike(now, last) < 0.25 and share_alike(now, before_last) > 0.75
+        turn = show_the_same(now, last, 0.25) is False and show_the_same(now, before_last, 0.75) is True
         self._count = self._count + 1 if turn else 0
         return self._count >= IN_TURNS
 
 
-def share_alike(one: list[float], other: list[float]) -> float:
-    """Return the share of the readings that show the same in two scans, of those that both have; NaN of none."""
+def show_the_same(one: list[float], other: list[float], share: float) -> bool | None:
+    """Return whether more than a share of the readings that both scans have are the same; None if they have none.
+
+    Examples
+    --------
+    >>> import math
+    >>> from ttc_fast.sensors.frames import show_the_same
+    >>> show_the_same([1.0, 5.0, math.inf], [1.1, 9.0, 2.0], 0.4), show_the_same([1.0, 5.0], [1.1, 9.0], 0.5)
+    (True, False)
+    """
     least, part = ALIKE
     both = alike = 0
-    if len(one) == len(other):
-        for a, b in zip(one, other, strict=True):
-            apart = abs(a - b)
-            if apart < math.inf:  # neither is NaN or infinite
-                both += 1
-                alike += apart <= least + part * b
-    return alike / both if both else math.nan
+    enough = share * len(one)
+    for a, b in zip(one, other, strict=False):
+        apart = abs(a - b)
+        if apart < math.inf:  # neither is NaN or infinite
+            both += 1
+            if apart <= least + part * b:
+                alike += 1
+                if alike > enough:
+                    return True
+    return alike > share * both if both else None
 
 
 def mixed_sensors(frames: Any, how: str) -> str:
