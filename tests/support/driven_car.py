@@ -1,8 +1,11 @@
-"""A car, its sensors and its driver in a graph, around a node that may brake it: `driven_car.py TRANSPORT SCENARIO`.
+"""A car, its sensors and its driver in a graph, around a node that may brake it.
 
-The car is in a long room, and a scanner looks all around. The driver asks for 2 m/s towards a wall, the node stops the
-car, and the driver goes on asking for a second. Then something changes, as the scenario says. One line of JSON on the
-standard output says what happened.
+The car is in a long room, and a scanner looks all around, which sits the wrong way round on the car; a static transform
+says so, from before the node comes. The driver asks for 2 m/s towards a wall, the node stops the car, and the driver
+goes on asking for a second. Then something changes, as the scenario says.
+
+The arguments are the transport, the scenario, the topics by which the driver asks and takes over, and the namespace. A
+line on the standard output says that everything is there, and a second one, of JSON, what happened.
 """
 
 from __future__ import annotations
@@ -17,9 +20,11 @@ import numpy as np
 
 BEAMS, PERIOD, PATIENCE = 360, 0.025, 40.0
 ANGLES = -math.pi + 2 * math.pi / BEAMS * np.arange(BEAMS)
+"""The directions of the beams from the car. For the scanner they begin half a turn later."""
 BESIDE, BEHIND = 3.0, 20.0
 """m from the scanner to the walls."""
 ASKED = {"drive_in": "ackermann_msgs/AckermannDriveStamped", "cmd_vel": "geometry_msgs/Twist"}
+LATCHED = {"/tf_static": "tf2_msgs/TFMessage"}
 TAKES_OVER = {"override": "std_msgs/Bool", "joy": "sensor_msgs/Joy"}
 
 
@@ -35,10 +40,17 @@ class Graph:
 
     def scan(self, ranges: Any) -> None:
         message = self.made("sensor_msgs/LaserScan")
-        message.angle_min, message.angle_max = float(ANGLES[0]), float(ANGLES[-1])
+        message.angle_min, message.angle_max = float(ANGLES[0] + math.pi), float(ANGLES[-1] + math.pi)
         message.angle_increment, message.range_min, message.range_max = 2 * math.pi / BEAMS, 0.05, 30.0
         message.ranges = self.numbers(ranges)
         self.send("scan", self.stamped(message, "laser"))
+
+    def transform(self) -> None:
+        message, placed = self.made("tf2_msgs/TFMessage"), self.made("geometry_msgs/TransformStamped")
+        self.stamped(placed, "base_link").child_frame_id = "laser"
+        placed.transform.rotation.z, placed.transform.rotation.w = 1.0, 0.0
+        message.transforms = [placed]
+        self.send("/tf_static", message)
 
     def odometry(self, speed: float) -> None:
         message = self.made("nav_msgs/Odometry")
@@ -80,19 +92,22 @@ class Graph:
 
 
 class OverDds(Graph):
-    def __init__(self, topics: dict[str, str]) -> None:
+    def __init__(self, topics: dict[str, str], namespace: str) -> None:
         from tests.support.dds_wire import deserialised
-        from ttc_fast.ros.dds.participant import Participant
+        from ttc_fast.ros.dds import qos
+        from ttc_fast.ros.dds.participant import Participant, Publisher
         from ttc_fast.ros.dds.settings import DdsSettings
 
         super().__init__()
-        self.node = Participant(DdsSettings(node_name="car"))
+        self.node = Participant(DdsSettings(node_name="car", namespace=namespace))
         drive = ASKED["drive_in"]
-        self.node.subscribe("/brake_bool", "std_msgs/Bool", bytes, lambda cdr: self.hear_brake(cdr[4] != 0))
+        self.node.subscribe("brake_bool", "std_msgs/Bool", bytes, lambda cdr: self.hear_brake(cdr[4] != 0))
         self.node.subscribe(
-            "/drive", drive, lambda cdr: deserialised(drive, cdr), lambda msg: self.drives.append(msg.drive.speed)
+            "drive", drive, lambda cdr: deserialised(drive, cdr), lambda msg: self.drives.append(msg.drive.speed)
         )
         self.publishers = {topic: self.node.publisher(topic, name) for topic, name in topics.items()}
+        writer = self.node._writer("rt/tf_static", LATCHED["/tf_static"], qos.LATCHED)
+        self.publishers["/tf_static"] = Publisher(writer, self.node._type(LATCHED["/tf_static"]), "/tf_static")
         self.node.announce()
 
     def made(self, name: str) -> Any:
@@ -124,23 +139,25 @@ def kind_of(name: str) -> Any:
 
 
 class OverRospy(Graph):
-    def __init__(self, topics: dict[str, str]) -> None:
+    def __init__(self, topics: dict[str, str], namespace: str) -> None:
         import rospy
 
-        from ttc_fast.ros.rospy_node import AckermannDriveStamped
+        from ttc_fast.ros.rospy_node import AckermannDriveStamped, TFMessage
 
         super().__init__()
-        self.rospy, self.ackermann = rospy, AckermannDriveStamped
-        rospy.init_node("car")
-        rospy.Subscriber("/brake_bool", kind_of("std_msgs/Bool"), lambda msg: self.hear_brake(msg.data))
-        rospy.Subscriber("/drive", AckermannDriveStamped, lambda msg: self.drives.append(msg.drive.speed))
+        self.rospy = rospy
+        self.made_by_the_node = {"ackermann_msgs/AckermannDriveStamped": AckermannDriveStamped}
+        self.made_by_the_node["tf2_msgs/TFMessage"] = TFMessage
+        rospy.init_node("car")  # the variable ROS_NAMESPACE says where
+        rospy.Subscriber("brake_bool", kind_of("std_msgs/Bool"), lambda msg: self.hear_brake(msg.data))
+        rospy.Subscriber("drive", AckermannDriveStamped, lambda msg: self.drives.append(msg.drive.speed))
         self.publishers = {
-            topic: rospy.Publisher(topic, type(self.made(name)), queue_size=1, tcp_nodelay=True)
+            topic: rospy.Publisher(topic, type(self.made(name)), queue_size=1, tcp_nodelay=True, latch=topic in LATCHED)
             for topic, name in topics.items()
         }
 
     def made(self, name: str) -> Any:
-        return self.ackermann() if name.startswith("ackermann") else kind_of(name)()
+        return (self.made_by_the_node.get(name) or kind_of(name))()
 
     def stamped(self, message: Any, frame: str) -> Any:
         message.header.stamp, message.header.frame_id = self.rospy.get_rostime(), frame
@@ -151,19 +168,22 @@ class OverRospy(Graph):
 
 
 class OverRclpy(Graph):
-    def __init__(self, topics: dict[str, str]) -> None:
+    def __init__(self, topics: dict[str, str], namespace: str) -> None:
         import rclpy
+        from rclpy.qos import DurabilityPolicy, QoSProfile
 
         super().__init__()
         self.rclpy = rclpy
         rclpy.init()
-        self.node = rclpy.create_node("car")
+        self.node = rclpy.create_node("car", namespace=namespace)
         drive = kind_of(ASKED["drive_in"])
-        self.node.create_subscription(
-            kind_of("std_msgs/Bool"), "/brake_bool", lambda msg: self.hear_brake(msg.data), 10
-        )
-        self.node.create_subscription(drive, "/drive", lambda msg: self.drives.append(msg.drive.speed), 10)
-        self.publishers = {topic: self.node.create_publisher(kind_of(name), topic, 1) for topic, name in topics.items()}
+        self.node.create_subscription(kind_of("std_msgs/Bool"), "brake_bool", lambda msg: self.hear_brake(msg.data), 10)
+        self.node.create_subscription(drive, "drive", lambda msg: self.drives.append(msg.drive.speed), 10)
+        static = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # as a StaticTransformBroadcaster has
+        self.publishers = {
+            topic: self.node.create_publisher(kind_of(name), topic, static if topic in LATCHED else 1)
+            for topic, name in topics.items()
+        }
 
     def made(self, name: str) -> Any:
         return kind_of(name)()
@@ -228,10 +248,12 @@ class Car:
         return [self.step() for _ in range(round(seconds / PERIOD))]
 
 
-def main(transport: str, scenario: str, asks: str, takes_over: str) -> None:
-    topics = {"scan": "sensor_msgs/LaserScan", "odom": "nav_msgs/Odometry"}
+def main(transport: str, scenario: str, asks: str, takes_over: str, namespace: str) -> None:
+    topics = {"scan": "sensor_msgs/LaserScan", "odom": "nav_msgs/Odometry", **LATCHED}
     topics |= {topic: name for topic, name in {**ASKED, **TAKES_OVER}.items() if topic in (asks, takes_over)}
-    car = Car(GRAPHS[transport](topics), asks, takes_over)
+    car = Car(GRAPHS[transport](topics, namespace), asks, takes_over)
+    car.graph.transform()
+    print("ready", flush=True)
     car.until(False)  # the node is there, and sees
     car.for_seconds(0.5)
     car.asked = 2.0

@@ -3,6 +3,10 @@
 ``ROS_AUTOMATIC_DISCOVERY_RANGE`` is SUBNET (the default), LOCALHOST, OFF or SYSTEM_DEFAULT, and ``ROS_STATIC_PEERS``
 names other hosts, with a ; between them. ``ROS_LOCALHOST_ONLY=1``, of releases before Iron, is LOCALHOST without peers
 [rcl, discovery_options.c and init.c; rmw_cyclonedds_cpp, rmw_node.cpp; both of Jazzy].
+
+Cyclone 11 gives up a peer that has not answered for 30 s, which older ones did not, and ignores what comes to 127.0.0.1,
+where Fast DDS looks for others, if it is to use another interface. So peers are kept here, and on this host Cyclone
+announces the participant each second at every address.
 """
 
 from __future__ import annotations
@@ -21,6 +25,8 @@ LONGEST_PEER = 255
 NO_MULTICAST = "<General><AllowMulticast>false</AllowMulticast></General>"
 NOBODY = "<ParticipantIndex>none</ParticipantIndex><Tag>ros_discovery_off_{}</Tag>"
 SEVERAL = "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+KEEP_PEERS = "<InitialLocatorPruneDelay>inf</InitialLocatorPruneDelay>"
+OFTEN = "<SPDPInterval>1 s</SPDPInterval>"
 
 
 def configuration(environment: Mapping[str, str]) -> str:
@@ -41,6 +47,7 @@ def configuration(environment: Mapping[str, str]) -> str:
     if reach == "OFF":
         discovery = NOBODY.format(os.getpid())  # a tag that nobody else has
     elif peers:
+        discovery += KEEP_PEERS + (OFTEN if reach == "LOCALHOST" else "")
         discovery += "<Peers>" + "".join(f"<Peer address={quoteattr(peer)}/>" for peer in peers) + "</Peers>"
     return f"<CycloneDDS><Domain>{general}<Discovery>{discovery}</Discovery></Domain></CycloneDDS>"
 
