@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import time
@@ -20,6 +21,7 @@ from cyclonedds.core import Policy
 
 from tests.support import bags
 from tests.support.dds_wire import LOOPBACK, STORE, Forger, free_domain, is_free, make, port, serialised, store_of
+from ttc_fast.ros.dds.discovery import configuration
 from ttc_fast.ros.dds.names import NameNotAllowedError, resolved
 from ttc_fast.ros.dds.participant import Participant
 from ttc_fast.ros.dds.settings import DdsSettingError, DdsSettings
@@ -233,6 +235,73 @@ def test_a_closed_node_leaves_its_domain(domain: int) -> None:
     assert not is_free(port(domain))
     node.close()
     assert is_free(port(domain))
+
+
+def test_a_closed_node_is_gone_at_once_whoever_holds_its_parts(domain: int) -> None:
+    node = Participant(DdsSettings(domain_id=domain))
+    held = (
+        node.subscribe("/scan", "sensor_msgs/LaserScan", laser_scan, print),
+        node.publisher("/brake", "std_msgs/Bool"),
+    )
+    node.subscribe_by_type("/speed", {"std_msgs/Float32": (float32, print)})
+    code = (
+        "import sys, time\n"
+        "from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication\n"
+        "from ttc_fast.ros.dds.participant import Participant\n"
+        "from ttc_fast.ros.dds.settings import DdsSettings\n"
+        "node = Participant(DdsSettings(domain_id=int(sys.argv[1])))\n"
+        "brake = node.subscribe('/brake', 'std_msgs/Bool', bytes, print)\n"
+        "for there in (1, 0):\n"
+        "    while len(brake.reader.get_matched_publications()) != there:\n"
+        "        time.sleep(0.005)\n"
+        "    print(time.time(), flush=True)\n"
+    )
+    other = subprocess.Popen([sys.executable, "-c", code, str(domain)], stdout=subprocess.PIPE, text=True)
+    assert other.stdout is not None
+    assert other.stdout.readline()
+    before = time.time()
+    node.close()
+    assert is_free(port(domain))
+    assert float(other.communicate(timeout=PATIENCE)[0]) - before < 1.0
+    assert held.topic == "/scan"
+
+
+def test_the_range_of_discovery_is_that_of_ros() -> None:
+    none: dict[str, str] = {}
+    localhost = configuration({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"})
+    assert '<Peers><Peer address="localhost"/></Peers>' in localhost
+    assert "<AllowMulticast>false</AllowMulticast>" in localhost
+    assert configuration({"ROS_LOCALHOST_ONLY": "1", "ROS_STATIC_PEERS": "10.0.0.2"}) == localhost
+    assert configuration({"ROS_AUTOMATIC_DISCOVERY_RANGE": "nearby"}) == localhost
+    assert "<Peer" not in configuration(none) == configuration({"ROS_LOCALHOST_ONLY": "0"})
+    assert "Multicast" not in configuration(none)
+    peers = configuration({"ROS_STATIC_PEERS": f"10.0.0.2;;{'x' * 256};a<b"})
+    assert '<Peers><Peer address="10.0.0.2"/><Peer address="a&lt;b"/></Peers>' in peers
+    off = configuration({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_STATIC_PEERS": "10.0.0.2"})
+    assert f"<Tag>ros_discovery_off_{os.getpid()}</Tag>" in off
+    assert "10.0.0.2" not in off
+    assert configuration({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT", "ROS_STATIC_PEERS": "10.0.0.2"}) == ""
+
+
+@pytest.mark.parametrize(("reach", "hears"), [("LOCALHOST", True), ("OFF", False)])
+def test_processes_find_each_other_as_far_as_they_look(
+    reach: str, hears: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With nothing but the variables of ROS."""
+    monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", reach)
+    domain = free_domain()
+    node, got = Participant(DdsSettings(domain_id=domain)), list[float]()
+    speed = node.subscribe("/speed", "std_msgs/Float32", float32, got.append)
+    other = Peer(domain, "/speed", "std_msgs/Float32")
+    if hears:
+        other.publish(serialised("std_msgs/Float32", make("std_msgs/Float32", data=2.5)))
+        until(node, lambda: got == [2.5])
+    else:
+        time.sleep(3.0)
+        assert not speed.reader.get_matched_publications()
+    other.close()
+    node.close()
 
 
 def test_bytes_that_do_not_fit_the_type_are_not_sent(node: Participant, caplog: pytest.LogCaptureFixture) -> None:

@@ -28,7 +28,19 @@ from ttc_fast.ros.dds.types import (
     type_hash,
 )
 from ttc_fast.ros.messages import Cause, Diagnostics, Drive, fill_diagnostics, fill_drive, fill_marker
-from ttc_fast.ros_messages import MessageError, float32, float64, laser_scan, odometry, point_cloud
+from ttc_fast.ros_messages import (
+    Commanded,
+    MessageError,
+    ackermann,
+    boolean,
+    buttons,
+    float32,
+    float64,
+    laser_scan,
+    odometry,
+    point_cloud,
+    twist,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -201,6 +213,41 @@ def test_numbers_are_read(little: bool) -> None:
     assert float64(serialised("std_msgs/Float64", make("std_msgs/Float64", data=-2.1), little=little)) == -2.1
 
 
+JOY = make(
+    "sensor_msgs/Joy",
+    header=header(5, "joy"),
+    axes=np.array([0.5, -1.0, 0.0], np.float32),
+    buttons=np.array([0, 1, 0, 1, 1], np.int32),
+)
+ACKERMANN_DRIVE = make(
+    "ackermann_msgs/AckermannDriveStamped",
+    header=header(5, "driver"),
+    drive=make(
+        "ackermann_msgs/AckermannDrive",
+        steering_angle=0.25,
+        steering_angle_velocity=1.0,
+        speed=-1.5,
+        acceleration=2.0,
+        jerk=3.0,
+    ),
+)
+TWIST = make(
+    "geometry_msgs/Twist",
+    linear=make("geometry_msgs/Vector3", x=1.5, y=-0.5, z=9.0),
+    angular=make("geometry_msgs/Vector3", x=9.0, y=9.0, z=0.75),
+)
+
+
+@pytest.mark.parametrize("little", [True, False])
+def test_what_a_driver_asks_for_is_read(little: bool) -> None:
+    drive = serialised("ackermann_msgs/AckermannDriveStamped", ACKERMANN_DRIVE, little=little)
+    assert ackermann(drive) == Commanded(-1.5, steering_angle=0.25)
+    assert twist(serialised("geometry_msgs/Twist", TWIST, little=little)) == Commanded(1.5, -0.5, 0.75)
+    assert list(buttons(serialised("sensor_msgs/Joy", JOY, little=little))) == [0, 1, 0, 1, 1]
+    for value in (True, False):
+        assert boolean(serialised("std_msgs/Bool", make("std_msgs/Bool", data=value), little=little)) is value
+
+
 def in_order(item: bags.Recorded) -> bytes:
     return bags.serialised(item, "little")
 
@@ -210,6 +257,15 @@ RECEIVED: dict[str, tuple[Callable[[bytes], Any], bytes, int]] = {
     "sensor_msgs/LaserScan": (laser_scan, in_order(bags.Scan(1.5, 2.0)), 4),
     "nav_msgs/Odometry": (odometry, in_order(bags.Odom(1.5, 2.0, speed=2.0)), 36 * 8),
     "sensor_msgs/PointCloud2": (point_cloud, in_order(bags.Cloud(1.5, 2.0, bags.POINTS)), 1),
+    # The buttons of a Joy are its end; the acceleration and jerk of a drive are read with it.
+    "sensor_msgs/Joy": (buttons, serialised("sensor_msgs/Joy", JOY), 0),
+    "ackermann_msgs/AckermannDriveStamped": (
+        ackermann,
+        serialised("ackermann_msgs/AckermannDriveStamped", ACKERMANN_DRIVE),
+        0,
+    ),
+    "geometry_msgs/Twist": (twist, serialised("geometry_msgs/Twist", TWIST), 0),
+    "std_msgs/Bool": (boolean, serialised("std_msgs/Bool", make("std_msgs/Bool", data=True)), 0),
     "std_msgs/Float32": (float32, serialised("std_msgs/Float32", make("std_msgs/Float32", data=1.5)), 0),
     "std_msgs/Float64": (float64, serialised("std_msgs/Float64", make("std_msgs/Float64", data=1.5)), 0),
 }

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 
+import ttc_fast.ros
 from tests.support.common import CAR
 from ttc_fast.cli import main
 from ttc_fast.ros.core import BrakeNode
@@ -175,6 +178,17 @@ def test_launch_files_rename_the_topics_that_the_node_has() -> None:
     ros2 = (PACKAGE / "launch" / "brake.launch.py").read_text(encoding="utf-8")
     (listed,) = re.findall(r"^TOPICS = \((.*)\)$", ros2, re.MULTILINE)
     assert set(re.findall(r'"([^"]+)"', listed)) == topics
+
+
+def test_the_package_needs_every_package_that_the_nodes_import() -> None:
+    found = ElementTree.parse(PACKAGE / "package.xml").getroot()
+    for version, name, others in (("1", "rospy_node", {"roslaunch"}), ("2", "rclpy_node", {"launch", "launch_ros"})):
+        tree = ast.parse(Path(ttc_fast.ros.__file__).with_name(f"{name}.py").read_text(encoding="utf-8"))
+        imports = {each.module for each in ast.walk(tree) if isinstance(each, ast.ImportFrom) and each.module}
+        imports |= {alias.name for each in ast.walk(tree) if isinstance(each, ast.Import) for alias in each.names}
+        needed = {each.partition(".")[0] for each in imports} - sys.stdlib_module_names - {"ttc_fast", "numpy"}
+        given = [each for each in found.iter("exec_depend") if version in each.get("condition", version)]
+        assert needed | others | {"python3-numpy"} <= {each.text for each in given}
 
 
 def test_help_lists_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:

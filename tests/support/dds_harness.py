@@ -55,11 +55,14 @@ class DdsHarness(MessageHarness):
         subscription.deliver(serialised(message.name, packed(message)))
 
     def speed(self, speed: float, kind: str, topic: str) -> None:
+        self.announce(topic, "nav_msgs" if kind == "Odometry" else "std_msgs", kind)
+        super().speed(speed, kind, topic)
+
+    def announce(self, topic: str, package: str, kind: str) -> None:
         if topic not in self._peers:
             peer = self._peers[topic] = Participant(self.settings)
-            peer.publisher(topic, f"{'nav' if kind == 'Odometry' else 'std'}_msgs/{kind}")
+            peer.publisher(topic, f"{package}/{kind}")
             self.node.participant.take()  # it finds the type of the topic
-        super().speed(speed, kind, topic)
 
     def _hear(self, topic: str, name: str, cdr: bytes) -> None:
         self.published.setdefault(topic, []).append(deserialised(name, cdr))

@@ -210,7 +210,7 @@ class Car:
     def __init__(self, graph: Graph, asks: str, takes_over: str) -> None:
         self.graph, self._asks, self._takes_over = graph, asks, takes_over
         self.x = self.speed = 0.0
-        self.wall = 8.0
+        self.wall, self.noise = 7.0, 1e-3
         self.asked = 0.0
         self.takes_over = self.parked = False
         self.ends = time.monotonic() + PATIENCE
@@ -228,7 +228,8 @@ class Car:
             along = np.where(np.cos(ANGLES) > 0, self.wall - self.x, BEHIND + self.x) / np.abs(np.cos(ANGLES))
             across = BESIDE / np.abs(np.sin(ANGLES))
         graph.odometry(self.speed)
-        graph.scan(np.minimum(along, across))
+        self.noise = -self.noise  # a scanner never shows the same twice
+        graph.scan(np.minimum(along, across) + self.noise)
         if self._asks:
             graph.ask(self._asks, self.asked)
         if self.takes_over:

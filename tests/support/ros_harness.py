@@ -14,7 +14,7 @@ import pytest
 
 from ttc_fast.ros.core import BrakeNode
 from ttc_fast.ros.settings import NodeSettings
-from ttc_fast.ros_messages import Transform
+from ttc_fast.ros_messages import Commanded, Transform
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -80,6 +80,16 @@ def shape_of(records: Any) -> dict[str, int]:
     return {"height": height, "width": width, "point_step": step, "row_step": step * width}
 
 
+class Drive(NamedTuple):
+    """The numbers of an AckermannDrive."""
+
+    speed: float
+    steering_angle: float = 0.0
+    acceleration: float = 0.0
+    jerk: float = 0.0
+    steering_angle_velocity: float = 0.0
+
+
 class Harness:
     """A node under test."""
 
@@ -129,6 +139,28 @@ class CoreHarness(Harness):
             self.odometry(speed)
         else:
             self.node.on_speed(self.now, speed)
+
+    def ask(self, speed: float, steering_angle: float = 0.0, topic: str = "/drive_in", **more: float) -> list[Drive]:
+        message = Drive(speed, steering_angle, **more)
+        outputs = self.node.on_commanded(self.now, Commanded(speed, steering_angle=steering_angle), message)
+        if outputs is None:
+            return []
+        if outputs.forward is not None:
+            return [outputs.forward]
+        assert outputs.drive is not None
+        return [Drive(outputs.drive.speed, outputs.steering_angle, outputs.drive.acceleration)]
+
+    def twist(self, speed: float, yaw_rate: float, topic: str = "/cmd_vel") -> None:
+        self.node.on_commanded(self.now, Commanded(speed, yaw_rate=yaw_rate))
+
+    def override(self, taken_over: bool, topic: str = "/override") -> None:
+        self.node.on_override(self.now, taken_over)
+
+    def press(self, buttons: list[int], topic: str = "/joy") -> None:
+        self.node.on_buttons(self.now, buttons)
+
+    def steering_angle(self) -> float:
+        return self.node.tick(self.now).steering_angle
 
     def wait(self, seconds: float) -> Seen:
         self.now += seconds
@@ -215,6 +247,43 @@ class MessageHarness(Harness):
             message.data = float(speed)
             self.deliver(topic, message)
 
+    def announce(self, topic: str, package: str, kind: str) -> None:
+        """Publish a topic, where the node has to find its type in the graph."""
+
+    def ask(self, speed: float, steering_angle: float = 0.0, topic: str = "/drive_in", **more: float) -> list[Drive]:
+        message = self.message("ackermann_msgs", "AckermannDriveStamped")
+        for name, value in Drive(speed, steering_angle, **more)._asdict().items():
+            setattr(message.drive, name, float(value))
+        message.header.frame_id = "driver"
+        self.announce(topic, "ackermann_msgs", "AckermannDriveStamped")
+        self.sent(topic, message)
+        published = [each.drive for each in self.published.get("/drive", [])]
+        return [Drive(*(getattr(each, name) for name in Drive._fields)) for each in published]
+
+    def twist(self, speed: float, yaw_rate: float, topic: str = "/cmd_vel") -> None:
+        message = self.message("geometry_msgs", "Twist")
+        message.linear.x, message.angular.z = float(speed), float(yaw_rate)
+        self.announce(topic, "geometry_msgs", "Twist")
+        self.deliver(topic, message)
+
+    def override(self, taken_over: bool, topic: str = "/override") -> None:
+        message = self.message("std_msgs", "Bool")
+        message.data = taken_over
+        self.announce(topic, "std_msgs", "Bool")
+        self.deliver(topic, message)
+
+    def press(self, buttons: list[int], topic: str = "/joy") -> None:
+        message = self.message("sensor_msgs", "Joy")
+        message.axes, message.buttons = [0.5, -0.5, 1.0], buttons
+        self.announce(topic, "sensor_msgs", "Joy")
+        self.sent(topic, message)
+
+    def steering_angle(self) -> float:
+        self.published.clear()
+        self.node.tick()
+        angle: float = self.published["/drive"][-1].drive.steering_angle
+        return angle
+
     def transform(self, parent: str, child: str, at: Any, rotation: Any) -> None:
         message, placed = self.message("tf2_msgs", "TFMessage"), self.message("geometry_msgs", "TransformStamped")
         placed.header.frame_id, placed.child_frame_id = parent, child
@@ -283,11 +352,10 @@ class RospyHarness(MessageHarness):
         self.node = RospyNode(NodeSettings.of(parameters))
 
     def message(self, package: str, name: str) -> Any:
-        if package != "tf2_msgs":
-            return super().message(package, name)
-        from ttc_fast.ros.rospy_node import TFMessage  # Debian does not install the package with rospy
+        from ttc_fast.ros import rospy_node  # Debian does not install every package with rospy
 
-        return TFMessage()
+        own = {"tf2_msgs": "TFMessage", "ackermann_msgs": "AckermannDriveStamped"}
+        return getattr(rospy_node, own[package])() if package in own else super().message(package, name)
 
     def stamp(self, seconds: float) -> Any:
         return self.rospy.Time.from_sec(seconds)

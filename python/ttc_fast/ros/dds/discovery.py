@@ -4,8 +4,8 @@
 names other hosts, with a ; between them. ``ROS_LOCALHOST_ONLY=1``, of releases before Iron, is LOCALHOST without peers
 [rcl, discovery_options.c and init.c; rmw_cyclonedds_cpp, rmw_node.cpp; both of Jazzy].
 
-Cyclone 11 gives up a peer that has not answered for 30 s, which older ones did not, and ignores what comes to 127.0.0.1,
-where Fast DDS looks for others, if it is to use another interface. So peers are kept here, and on this host Cyclone
+Cyclone 11 gives up a peer that has not answered for 30 s, which older ones did not, and if it uses another interface
+it ignores what comes to 127.0.0.1, where Fast DDS looks for others. So peers are kept here, and on this host Cyclone
 announces the participant each second at every address.
 """
 
