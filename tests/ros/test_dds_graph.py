@@ -263,7 +263,7 @@ def test_a_closed_node_is_gone_at_once_whoever_holds_its_parts(domain: int) -> N
     node.close()
     assert is_free(port(domain))
     assert float(other.communicate(timeout=PATIENCE)[0]) - before < 1.0
-    assert held.topic == "/scan"
+    assert held[0].topic == "/scan"
 
 
 def test_the_range_of_discovery_is_that_of_ros() -> None:
