@@ -37,6 +37,7 @@ from ttc_fast.brake import (
     BrakeController,
     EstimateThreshold,
     IttcThreshold,
+    PresentArc,
     RssDistance,
     StoppingDistance,
     SweptPathThreshold,
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
 
 CRITERIA = {
     kind.__name__: kind
-    for kind in (IttcThreshold, SweptPathThreshold, StoppingDistance, RssDistance, EstimateThreshold)
+    for kind in (IttcThreshold, SweptPathThreshold, StoppingDistance, PresentArc, RssDistance, EstimateThreshold)
 }
 BRAKE = settings_of(BrakeSettings)
 PARTS = ("scan", "gate", "range_rate", "criteria", "brake")

@@ -108,3 +108,34 @@ def test_it_needs_an_outline() -> None:
     control = BrakeController(scan=ScanTTC(-1.0, 0.1, 21))
     with pytest.raises(ValueError, match="path needs an outline"):
         control.update(1.0, ranges=np.full(21, 5.0), stamp=1.0, motion=Motion(1.0), path=bend())
+
+
+class TestNamedSettings:
+    def test_racing_is_let_go_by_a_path_and_careful_is_not(self) -> None:
+        scan = controller().scan
+        assert scan is not None
+        racing, careful = BrakeController.racing(scan), BrakeController.careful(scan)
+        for at in (1.0, 1.025, 1.05):
+            assert frame(racing, at, path=bend()).command is Command.NONE
+            last = frame(careful, at)
+        assert last.command is Command.BRAKE
+        assert [frame(racing, at).command for at in (1.075, 1.1)] == [Command.WARN, Command.BRAKE]
+
+    def test_racing_brakes_for_its_present_arc_at_the_last_moment(self) -> None:
+        """It is 0.6 m before the wall at 4 m/s, and its plan leads away: it cannot leave its arc in 0.15 s."""
+        control = BrakeController.racing(ScanTTC(ANGLES[0], ANGLES[1] - ANGLES[0], BEAMS, outline=CAR), trigger=(1, 1))
+        near = WALL / 3.0
+        beside = np.array([[0.0, 0.0], [0.1, 0.0], [0.15, 0.1], [0.1 + 0.1, 0.3], [0.2, 3.0]])
+        decision = control.update(1.0, ranges=near, stamp=1.0, motion=Motion(4.0), path=beside)
+        assert decision.command is Command.BRAKE
+        assert decision.threats is not None
+        assert decision.threats.arc is not None
+        assert decision.threats.arc.ttc == pytest.approx(0.6 / 4.0, abs=1e-3)
+        assert control.update(1.1, ranges=near, stamp=1.1, motion=Motion(4.0)).threats.arc is None  # type: ignore[union-attr]
+
+    def test_what_is_given_replaces_the_set(self) -> None:
+        scan = controller().scan
+        assert scan is not None
+        assert BrakeController.careful(scan, warn_at=3.0, hold=1.0).settings.warn_at == 3.0
+        with pytest.raises(ValueError, match="needs an outline"):
+            BrakeController.racing(ScanTTC(-1.0, 0.1, 21))

@@ -4,6 +4,7 @@ from ttc_fast.brake.controller import BrakeController
 from ttc_fast.brake.criteria import (
     EstimateThreshold,
     IttcThreshold,
+    PresentArc,
     RssDistance,
     StoppingDistance,
     SweptPathThreshold,
@@ -37,6 +38,7 @@ __all__ = [
     "IttcThreshold",
     "Motion",
     "Needs",
+    "PresentArc",
     "Reason",
     "RssDistance",
     "Source",

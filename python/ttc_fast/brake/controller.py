@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import ScanTTC
 from ttc_fast._validate import finite, flag
-from ttc_fast.brake.criteria import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
+from ttc_fast.brake.criteria import (
+    EstimateThreshold,
+    IttcThreshold,
+    PresentArc,
+    StoppingDistance,
+    SweptPathThreshold,
+)
 from ttc_fast.brake.decide import decide, watchdog
 from ttc_fast.brake.settings import BETWEEN_BEAMS, BrakeSettings
 from ttc_fast.brake.state import (
@@ -186,6 +192,75 @@ class BrakeController:
         self._first, *self._others = self._assessment.check(criteria if criteria is not None else self._default())
         self._state = ControllerState()
         self._lock = threading.RLock()
+
+    @classmethod
+    def racing(cls, scan: ScanTTC, **settings: Any) -> BrakeController:
+        """Return a controller that stops a racing car at the last moment: it lets it drive its line between walls.
+
+        Criteria: ``StoppingDistance(reaction_time=0.15)``, and ``PresentArc()`` for the present arc. Two of the last
+        three frames trigger. Give ``path`` with each frame: without one, a bend taken fast is a cause to brake.
+        docs/braking.md has the laps and the collisions that this set was chosen by.
+
+        Parameters
+        ----------
+        scan : ScanTTC
+            The scanner, with the vehicle's outline.
+        **settings
+            Other arguments of the constructor; they replace those of the set.
+
+        Returns
+        -------
+        BrakeController
+
+        Raises
+        ------
+        TypeError, ValueError
+            These are as in the constructor; also for a scanner without an outline.
+
+        Examples
+        --------
+        >>> from ttc_fast import BrakeController, ScanTTC
+        >>> scan = ScanTTC(-2.35, 0.005, 941, outline=(-0.1, 0.5, -0.15, 0.15))
+        >>> BrakeController.racing(scan, deceleration=8.0).settings.trigger
+        (2, 3)
+        """
+        criteria = [StoppingDistance(reaction_time=0.15), PresentArc()]
+        named: dict[str, Any] = {"criteria": criteria, "scan": scan, "trigger": (2, 3)}
+        return cls(**(named | settings))
+
+    @classmethod
+    def careful(cls, scan: ScanTTC, **settings: Any) -> BrakeController:
+        """Return a controller that would rather stop once too often.
+
+        Criteria: ``SweptPathThreshold(1.5)`` and ``StoppingDistance(4.0, reaction_time=0.2, margin=0.3)``. Two of the
+        last three frames trigger, and it warns at twice a threshold. docs/braking.md has its closed-loop figures.
+
+        Parameters
+        ----------
+        scan : ScanTTC
+            The scanner, with the vehicle's outline.
+        **settings
+            Other arguments of the constructor; they replace those of the set.
+
+        Returns
+        -------
+        BrakeController
+
+        Raises
+        ------
+        TypeError, ValueError
+            These are as in the constructor; also for a scanner without an outline.
+
+        Examples
+        --------
+        >>> from ttc_fast import BrakeController, ScanTTC
+        >>> scan = ScanTTC(-2.35, 0.005, 941, outline=(-0.1, 0.5, -0.15, 0.15))
+        >>> BrakeController.careful(scan).settings.warn_at
+        2.0
+        """
+        criteria = [SweptPathThreshold(), StoppingDistance(4.0, reaction_time=0.2, margin=0.3)]
+        named: dict[str, Any] = {"criteria": criteria, "scan": scan, "trigger": (2, 3), "warn_at": 2.0}
+        return cls(**(named | settings))
 
     def _default(self) -> list[Criterion]:
         if self._assessment.only_estimates:

@@ -192,6 +192,63 @@ class StoppingDistance(Criterion):
 
 
 @dataclass(frozen=True)
+class PresentArc(Criterion):
+    """Brake when the way that the vehicle is on now, without a plan, ends too soon.
+
+    Where no path is planned, the present arc is a guess: the vehicle may steer. It compares the TTC on it with the
+    time in which the vehicle needs the way ``v reaction_time + v^2 / (2 deceleration) + margin``, with more to spare
+    than ``StoppingDistance``. Along a planned path it compares the TTC on the present arc with ``threshold``: the
+    vehicle may not be where it planned to be, and cannot leave its arc at once. It cannot see what moves by itself.
+
+    Parameters
+    ----------
+    deceleration : float, default 4.0
+        The deceleration to be content with, m/s^2, above 0.
+    reaction_time : float, default 0.2
+        The time from the decision until the brake acts, s, at least 0.
+    margin : float, default 0.3
+        The distance that is left when the vehicle stands, m, at least 0.
+    threshold : float, default 0.2
+        The threshold on the present arc where a path is planned, s, above 0.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of its range.
+
+    Examples
+    --------
+    >>> from ttc_fast import PresentArc
+    >>> PresentArc().threshold
+    0.2
+    """
+
+    deceleration: float = setting(4.0, BRAKING, "The deceleration to be content with where no path is planned.")
+    reaction_time: float = setting(0.2, Number(unit="s", least=0.0), "The time from the decision until the brake acts.")
+    margin: float = setting(0.3, Number(unit="m", least=0.0), "The distance that is left when the vehicle stands.")
+    threshold: float = setting(
+        0.2, TIME, "Along a planned path it brakes when the TTC on the present arc is below this."
+    )
+
+    name: ClassVar[str] = "PresentArc"
+    unit: ClassVar[str] = "s"
+    needs: ClassVar[Needs] = Needs.ARC
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def evaluate(self, threats: Threats) -> Evaluation:
+        if threats.arc is not None:
+            return Evaluation(threats.arc.ttc, self.threshold, threats.arc)
+        threat = threats.path or threats.beams
+        if threat is None or not (threat.closing_speed > 0.0 and threat.ttc < math.inf):
+            return NOTHING
+        speed = threat.closing_speed
+        needed = self.reaction_time + speed / (2.0 * self.deceleration) + self.margin / speed
+        return Evaluation(threat.ttc, needed, threat)
+
+
+@dataclass(frozen=True)
 class RssDistance(Criterion):
     """Brake when the gap is less than RSS's safe longitudinal distance.
 

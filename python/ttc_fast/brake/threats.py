@@ -8,7 +8,7 @@ computed.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -102,7 +102,7 @@ class ThreatAssessment:
             self._rate_beams = nearest_beams(scan, range_rate.scan)
         self._horizon = horizon
         self._scan_path = None if scan is None else path_of(scan, horizon)
-        self._needs_beams = self._needs_path = True
+        self._needs_beams = self._needs_path = self._needs_arc = True
         self.only_estimates = scan is None and path is None
         """Whether estimates are the only frames."""
 
@@ -124,13 +124,14 @@ class ThreatAssessment:
                 raise TypeError(f"criteria must be objects, such as {criterion.__name__}(), got the class itself")
             if not (hasattr(criterion, "evaluate") and hasattr(criterion, "needs")):
                 raise TypeError(f"criteria must have evaluate() and needs, as IttcThreshold has; got {criterion!r}")
-            if criterion.needs is Needs.PATH and not self.has_path:
+            if criterion.needs in (Needs.PATH, Needs.ARC) and not self.has_path:
                 raise ValueError(f"{criterion.name} needs an outline: give one to the scan, or give a path")
             if criterion.needs is Needs.BEAMS and self.scan is None:
                 instead = "use EstimateThreshold for what a tracker follows"
                 raise ValueError(f"{criterion.name} needs a scan: it evaluates beams; {instead}")
         needs = {criterion.needs for criterion in criteria}
-        self._needs_path = self.has_path and not needs.isdisjoint({Needs.PATH, Needs.NEAREST})
+        self._needs_path = self.has_path and not needs.isdisjoint({Needs.PATH, Needs.NEAREST, Needs.ARC})
+        self._needs_arc = Needs.ARC in needs
         # Every scan is assessed in one way at least, so that a blind scanner is noticed by a controller of estimates.
         self._needs_beams = Needs.BEAMS in needs or not (self._needs_path and self._scan_path is not None)
         return criteria
@@ -199,12 +200,14 @@ class ThreatAssessment:
 
     def assess_along(self, frame: Frame, motion: Motion) -> Threats:
         """Return the threats of a frame to a vehicle of this motion."""
-        beams = path = None
+        beams = path = arc = None
         seen: Any = None
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
         way: dict[str, Any] = {}
         if frame.path is not None and leads(frame.path, speed):
+            if self._needs_arc:
+                arc = self.assess_along(replace(frame, path=None), motion).path
             yaw_rate, lateral_speed, over_ground, way = 0.0, 0.0, abs(speed), {"path": frame.path}
         if frame.points is not None:
             if self.path is None:
@@ -225,7 +228,7 @@ class ThreatAssessment:
                 beam = seen.beam
                 path = path_threat(seen, beam, seen.angle, seen.range, over_ground, self._age(frame, beam))
         estimate, is_sure = (None, False) if frame.estimate is None else estimated_threat(frame)
-        return Threats(over_ground, beams, path, estimate, is_sure, seen.counts.valid, seen.status, True)
+        return Threats(over_ground, beams, path, estimate, is_sure, seen.counts.valid, seen.status, True, arc)
 
     def _assess_estimate(self, frame: Frame) -> Threats:
         """Return the threats of a frame that is an estimate."""

@@ -231,6 +231,8 @@ class Threats(NamedTuple):
         Status of the frame: NO_DATA without a valid reading, else what the nearest TTC means.
     closing_speed_known : bool
         Whether the vehicle's motion, the range rate or the estimate gives the closing speeds.
+    arc : Threat or None
+        Where a planned path was given, the nearest return on the present arc, which ``path`` is otherwise.
     """
 
     speed: float | None
@@ -241,6 +243,7 @@ class Threats(NamedTuple):
     returns: int
     status: Status
     closing_speed_known: bool
+    arc: Threat | None = None
 
     @property
     def estimate_in_contact(self) -> bool:
@@ -288,6 +291,8 @@ class Needs(Enum):
     """The nearest return on the path where there is an outline, else the nearest beam by iTTC."""
     ESTIMATE = "estimate"
     """The estimate alone."""
+    ARC = "arc"
+    """The nearest return on the path, and with a planned path that on the present arc as well."""
 
 
 class Criterion(Protocol):

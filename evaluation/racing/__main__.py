@@ -1,0 +1,126 @@
+"""``python -m evaluation.racing``: laps and drives with steering at random, with each named setting, and the tables."""
+
+from __future__ import annotations
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evaluation.racing.course import names
+from evaluation.racing.drives import Outcome, lap_drive, random_drive
+from evaluation.report import Report, console, write_into
+from ttc_fast import BrakeController, StoppingDistance
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from ttc_fast import ScanTTC
+
+
+def default(scan: ScanTTC) -> BrakeController:
+    return BrakeController(scan=scan)
+
+
+def stopping(scan: ScanTTC) -> BrakeController:
+    return BrakeController([StoppingDistance()], scan=scan)
+
+
+def never(scan: ScanTTC) -> BrakeController:
+    return BrakeController([StoppingDistance(1e6, 0.0, 0.0)], scan=scan, hold=0.0)
+
+
+SETTINGS: dict[str, tuple[Callable[[ScanTTC], BrakeController], bool]] = {
+    "racing, planned path": (BrakeController.racing, True),
+    "racing": (BrakeController.racing, False),
+    "careful": (BrakeController.careful, False),
+    "default, planned path": (default, True),
+    "default": (default, False),
+    "StoppingDistance()": (stopping, False),
+    "no brake": (never, False),
+}
+"""The settings that are compared, and whether they are given the line that the driver follows."""
+
+CHOSEN_ON = ("Spielberg", "berlin")
+"""The courses on which the settings were chosen; the others are unseen data."""
+
+
+def seen(name: str) -> str:
+    return name if name in CHOSEN_ON else f"{name} (unseen)"
+
+
+def laps_table(outcomes: Sequence[tuple[str, Outcome]], laps: float) -> Report:
+    """Make the table of laps: a row for each setting and course, onsets at each speed."""
+    speeds = sorted({each.speed for _, each in outcomes})
+    rows = []
+    for setting in dict.fromkeys(name for name, _ in outcomes):
+        for where in dict.fromkeys(each.course for _, each in outcomes):
+            mine = {each.speed: each for name, each in outcomes if name == setting and each.course == where}
+            cells = [cell(mine[speed], laps) if speed in mine else "-" for speed in speeds]
+            rows.append([setting, seen(where), *cells])
+    legend = (
+        f"{laps:g} laps. Times that it began to brake; with the laps that it drove where it did not finish, and "
+        "'hit' where that ended it."
+    )
+    return Report("Laps", legend, ["setting", "course", *(f"{speed:g} m/s" for speed in speeds)], rows)
+
+
+def cell(outcome: Outcome, laps: float) -> str:
+    done = "" if outcome.laps >= laps else f", {max(outcome.laps, 0.0):.1f} laps"
+    return f"{outcome.onsets}{done}{', hit' if outcome.hits else ''}"
+
+
+def random_table(outcomes: Sequence[tuple[str, Outcome]]) -> Report:
+    """Make the table of drives with steering at random: a row for each setting and course."""
+    rows = []
+    for setting in dict.fromkeys(name for name, _ in outcomes):
+        for where in dict.fromkeys(each.course for _, each in outcomes):
+            mine = [each for name, each in outcomes if name == setting and each.course == where]
+            hit = [each for each in mine if each.hits]
+            speeds = ", ".join(f"{each.hit_speed:.1f}" for each in hit) or "-"
+            braked = f"{100.0 * np.mean([each.braked for each in mine]):.0f} %"
+            rows.append([setting, seen(where), str(len(mine)), str(len(hit)), speeds, braked])
+    legend = "From standstill, up to 6 m/s, for 20 s or until it stands for 3 s. Speeds of hits in m/s."
+    columns = ["setting", "course", "drives", "hits", "at", "frames braked"]
+    return Report("Steering at random", legend, columns, rows)
+
+
+def main() -> None:
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(prog="python -m evaluation.racing", description=__doc__)
+    parser.add_argument("--laps", type=float, default=4.0, help="laps of each drive (default %(default)s)")
+    parser.add_argument("--speeds", type=float, nargs="*", default=[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], help="m/s")
+    parser.add_argument("--runs", type=int, default=40, help="drives at random on each map (default %(default)s)")
+    parser.add_argument("--settings", nargs="*", default=list(SETTINGS), help="which of them (default: all)")
+    parser.add_argument("--courses", nargs="*", default=names(), help="which of them (default: all there are)")
+    parser.add_argument("--processes", type=int, help="default: as many as there are processors")
+    parser.add_argument("--markdown", type=Path, help="a document to put the tables into, such as docs/braking.md")
+    chosen = parser.parse_args()
+    if not chosen.courses:
+        raise SystemExit("there are no maps: TTC_FAST_DATA has to be the folder of the recordings")
+    wide = [name for name in chosen.courses if name in ("berlin", "skirk")]
+    with ProcessPoolExecutor(chosen.processes) as pool:
+        lapped: list[tuple[str, Any]] = []
+        steered: list[tuple[str, Any]] = []
+        for setting in chosen.settings:
+            make, planned = SETTINGS[setting]
+            for name in chosen.courses:
+                for speed in chosen.speeds:
+                    lapped.append((setting, pool.submit(lap_drive, name, speed, chosen.laps, make, planned)))
+            if not planned:
+                for name in wide:
+                    for run in range(chosen.runs):
+                        steered.append((setting, pool.submit(random_drive, name, run, make)))
+        reports = [laps_table([(setting, each.result()) for setting, each in lapped], chosen.laps)]
+        if steered:
+            reports.append(random_table([(setting, each.result()) for setting, each in steered]))
+    for report in reports:
+        console().print(report.rich())
+    if chosen.markdown:
+        write_into(chosen.markdown, "python -m evaluation.racing", "\n".join(each.markdown() for each in reports))
+
+
+if __name__ == "__main__":
+    main()

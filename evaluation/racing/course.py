@@ -1,0 +1,249 @@
+"""Occupancy maps with a line to drive: the walls, the rays of a scanner against them, and the race line.
+
+A map is what ``map_server`` reads: a picture, and a YAML file with its resolution and origin. The distance from each
+cell to the nearest wall is computed once. A ray then marches: nothing is nearer than that distance, so it may go as far
+at once. A track comes with its race line. A map without one is driven half-way between its outer walls and what stands
+inside them.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import contourpy
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from scipy import ndimage
+
+Floats = NDArray[np.float64]
+
+CORNER = 1.4143
+"""The distance between the middles of two cells is at most this much more than that between the cells, in cells."""
+SHORTEST_STEP = 0.25
+"""Close to a wall a ray goes this far at once, in cells."""
+SPACING = 0.2
+"""The distance between the points of a line, about, m."""
+LEAST = 0.3
+"""What a line keeps from the walls at least, m: the car is 0.31 m wide."""
+LATERAL = 6.0
+"""The lateral acceleration in the bends of a map that has no speeds of its own, m/s^2."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A closed line to drive along.
+
+    Attributes
+    ----------
+    x, y, curvature : ndarray, shape (n,)
+        Place, m, and curvature, 1/m, of points that are evenly spaced.
+    speed : ndarray, shape (n,)
+        The speed that the bends allow, m/s.
+    spacing : float
+        The distance from point to point, m.
+    """
+
+    x: Floats
+    y: Floats
+    curvature: Floats
+    speed: Floats
+    spacing: float
+
+    @property
+    def points(self) -> Floats:
+        """The points, shape (n, 2), m."""
+        return np.column_stack([self.x, self.y])
+
+    @property
+    def length(self) -> float:
+        """The length of a lap, m."""
+        return self.spacing * len(self.x)
+
+    def heading(self, index: int) -> float:
+        """Return the direction in which the line leaves a point, rad."""
+        after = (index + 1) % len(self.x)
+        return float(np.arctan2(self.y[after] - self.y[index], self.x[after] - self.x[index]))
+
+    def nearest(self, x: float, y: float, near: int | None = None) -> int:
+        """Return the point nearest to a place; with ``near``, among the 80 about that one."""
+        if near is None:
+            return int(np.argmin((self.x - x) ** 2 + (self.y - y) ** 2))
+        around = (near + np.arange(-40, 40)) % len(self.x)
+        return int(around[np.argmin((self.x[around] - x) ** 2 + (self.y[around] - y) ** 2)])
+
+    def ahead(self, index: int, distance: float) -> NDArray[np.intp]:
+        """Return the points from ``index`` on over a distance, m."""
+        return (index + np.arange(int(distance / self.spacing) + 2)) % len(self.x)
+
+
+@dataclass(frozen=True)
+class Course:
+    """A map, and the line to drive in it.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    clearance : ndarray, shape (rows, columns)
+        The distance from the middle of a cell to that of the nearest wall, m, and 0 in walls; the first row is at the
+        bottom.
+    resolution : float
+        The width of a cell, m.
+    origin : ndarray, shape (2,)
+        The place of the lower left corner, m.
+    line : Line
+        The line to drive.
+    """
+
+    name: str
+    clearance: Floats
+    resolution: float
+    origin: Floats
+    line: Line
+
+    def at(self, x: Floats, y: Floats) -> Floats:
+        """Return the clearance of places, m; 0 beyond the map."""
+        rows, columns = self.clearance.shape
+        column = ((x - self.origin[0]) / self.resolution).astype(np.intp)
+        row = ((y - self.origin[1]) / self.resolution).astype(np.intp)
+        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        cells = np.where(inside, row * columns + column, 0)
+        return np.where(inside, self.clearance.ravel()[cells], 0.0)
+
+    def rays(self, x: float, y: float, angles: Floats, longest: float = 30.0) -> Floats:
+        """Return the distance to the wall in each direction, m, at most ``longest``; to a quarter of a cell."""
+        left, low = self.origin
+        return march(self.clearance, 1.0 / self.resolution, x - left, y - low, np.cos(angles), np.sin(angles), longest)
+
+    def hits(self, x: float, y: float, heading: float, outline: tuple[float, float, float, float]) -> bool:
+        """Return whether a rectangle in a pose touches a wall."""
+        x_rear, x_front, y_right, y_left = outline
+        reach = np.hypot(max(-x_rear, x_front), max(-y_right, y_left))
+        if self.at(np.array([x]), np.array([y]))[0] > reach + CORNER * self.resolution:
+            return False
+        step = self.resolution / 2.0
+        along, across = np.arange(x_rear, x_front + step, step), np.arange(y_right, y_left + step, step)
+        px = np.concatenate([along, along, np.full_like(across, x_rear), np.full_like(across, x_front)])
+        py = np.concatenate([np.full_like(along, y_right), np.full_like(along, y_left), across, across])
+        cos, sin = np.cos(heading), np.sin(heading)
+        return bool((self.at(x + px * cos - py * sin, y + px * sin + py * cos) == 0.0).any())
+
+
+@numba.njit(cache=True)
+def march(clearance: Floats, per_metre: float, x: float, y: float, cos: Floats, sin: Floats, longest: float) -> Floats:
+    """Return how far each ray goes before it is in a wall or beyond the map, m."""
+    rows, columns = clearance.shape
+    distance = np.empty_like(cos)
+    shortest, corner = SHORTEST_STEP / per_metre, CORNER / per_metre
+    for ray in range(len(cos)):
+        way = 0.0
+        while way < longest:
+            column, row = (x + way * cos[ray]) * per_metre, (y + way * sin[ray]) * per_metre
+            if not (0.0 <= column < columns and 0.0 <= row < rows):
+                break
+            free = clearance[int(row), int(column)]
+            if free == 0.0:
+                break
+            way += max(free - corner, shortest)
+        distance[ray] = min(way, longest)
+    return distance
+
+
+def folder() -> Path:
+    """Return the folder of the recordings, which has the maps and tracks in ``sim``."""
+    return Path(os.environ.get("TTC_FAST_DATA", Path(__file__).parents[3] / "shared" / "data")) / "sim"
+
+
+def names() -> list[str]:
+    """Return the names of all courses there are: tracks with a race line, and maps without one."""
+    tracks = sorted(each.parent.name for each in folder().glob("tracks/*/*_raceline.csv"))
+    return [*tracks, *sorted(each.stem for each in folder().glob("maps/*.yaml"))]
+
+
+@lru_cache
+def course(name: str) -> Course:
+    """Return a course by its name."""
+    track = folder() / "tracks" / name
+    described = track / f"{name}_map.yaml" if track.is_dir() else folder() / "maps" / f"{name}.yaml"
+    told = dict(line.split(":", 1) for line in described.read_text().splitlines() if ":" in line)
+    resolution = float(told["resolution"])
+    origin = np.array([float(each) for each in told["origin"].strip(" []").split(",")[:2]])
+    picture = np.asarray(Image.open(described.with_name(told["image"].strip())).convert("L"))[::-1]
+    free = picture > 255 * (1.0 - float(told["occupied_thresh"]))
+    free = np.pad(free[1:-1, 1:-1], 1)
+    clearance = resolution * ndimage.distance_transform_edt(free)
+    if track.is_dir():
+        line = away_from_walls(line_of_file(track / f"{name}_raceline.csv"), clearance, resolution, origin)
+    else:
+        line = line_half_way(free, resolution, origin)
+    return Course(name, clearance, resolution, origin, line)
+
+
+def line_of_file(path: Path) -> Line:
+    """Return the race line of a file with s; x; y; heading; curvature; speed; acceleration."""
+    table = np.loadtxt(path, delimiter=";")
+    table = table[:-1] if np.allclose(table[0, 1:3], table[-1, 1:3], atol=1e-3) else table
+    x, y, curvature, speed = (np.ascontiguousarray(table[:, column]) for column in (1, 2, 4, 5))
+    return Line(x, y, curvature, speed, float(table[1, 0] - table[0, 0]))
+
+
+def away_from_walls(line: Line, clearance: Floats, resolution: float, origin: Floats) -> Line:
+    """Return a race line that keeps ``LEAST`` from the walls, with its speeds: some are drawn along them."""
+    slopes: Any = np.gradient(clearance, resolution)
+    up, right = slopes
+    x, y = line.x.copy(), line.y.copy()
+    for _ in range(60):
+        cells = ((y - origin[1]) / resolution).astype(np.intp), ((x - origin[0]) / resolution).astype(np.intp)
+        lacks = np.maximum(LEAST - clearance[cells], 0.0)
+        if not lacks.any():
+            break
+        x += ndimage.gaussian_filter1d(0.5 * lacks * right[cells], 2.0, mode="wrap")
+        y += ndimage.gaussian_filter1d(0.5 * lacks * up[cells], 2.0, mode="wrap")
+    return evenly(np.column_stack([x, y]), line.speed)
+
+
+def line_half_way(free: NDArray[np.bool_], resolution: float, origin: Floats) -> Line:
+    """Return the line half-way between the outer walls and what stands inside them, smoothed."""
+    labels, _ = ndimage.label(~free, structure=np.ones((3, 3)))
+    outer = labels == labels[0, 0]
+    sizes = np.bincount(labels.ravel())
+    sizes[[0, labels[0, 0]]] = 0
+    island = labels == np.argmax(sizes)
+    apart = ndimage.distance_transform_edt(~outer) - ndimage.distance_transform_edt(~island)
+    lines: Any = contourpy.contour_generator(z=apart).lines(0.0)
+    longest = max((each for each in lines if np.allclose(each[0], each[-1])), key=len)
+    points = (longest[:-1] + 0.5) * resolution + origin
+    points = evenly(points).points
+    line = evenly(ndimage.gaussian_filter1d(points, 2.5, axis=0, mode="wrap"))
+    speed = np.sqrt(LATERAL / np.maximum(np.abs(line.curvature), 1e-3))
+    return replace(line, speed=slowing(speed, line.spacing))
+
+
+def evenly(points: Floats, speed: Floats | None = None) -> Line:
+    """Return a closed line of points that are evenly spaced, with the speeds of the given ones."""
+    closed = np.vstack([points, points[:1]])
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    count = int(way[-1] / SPACING)
+    spacing = way[-1] / count
+    x, y = (np.interp(np.arange(count) * spacing, way, closed[:, axis]) for axis in (0, 1))
+    heading = np.arctan2(np.roll(y, -1) - np.roll(y, 1), np.roll(x, -1) - np.roll(x, 1))
+    turn = np.angle(np.exp(1j * (np.roll(heading, -1) - np.roll(heading, 1))))
+    fast = np.full(count, np.inf)
+    if speed is not None:
+        fast = np.interp(np.arange(count) * spacing, way, np.append(speed, speed[0]))
+    return Line(x, y, turn / (2.0 * spacing), fast, spacing)
+
+
+def slowing(speed: Floats, spacing: float, deceleration: float = 4.0) -> Floats:
+    """Return speeds that can be reached by slowing down evenly before each bend, m/s."""
+    speed = speed.copy()
+    for index in range(2 * len(speed) - 1, -1, -1):
+        here, after = index % len(speed), (index + 1) % len(speed)
+        speed[here] = min(speed[here], np.sqrt(speed[after] ** 2 + 2.0 * deceleration * spacing))
+    return speed
