@@ -548,6 +548,15 @@ class ScanSweptPath(_Value):
         out: NDArray[_Float] | None = None,
         status_out: NDArray[np.uint8] | None = None,
     ) -> NDArray[Any]: ...
+    def unseen(
+        self,
+        speed: _Number,
+        yaw_rate: _Number = 0.0,
+        lateral_speed: _Number = 0.0,
+        *,
+        ahead: _Number,
+        others: Sequence[ScanSweptPath] = (),
+    ) -> float: ...
     @property
     def scan(self) -> ScanTTC: ...
     @property

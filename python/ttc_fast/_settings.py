@@ -169,10 +169,10 @@ class Flags(Kind):
 
 @dataclass(frozen=True, kw_only=True)
 class Votes(Kind):
-    """Two numbers (N, M), which mean N of the last M frames."""
+    """Two numbers: (N, M) mean N of the last M frames, (share, seconds) a share of the frames of the last seconds."""
 
-    def check(self, name: str, value: Any) -> tuple[int, int]:
-        """Return the value as two ints."""
+    def check(self, name: str, value: Any) -> tuple[int, int] | tuple[float, float]:
+        """Return the value as two ints or two floats."""
         return _validate.votes(name, value)
 
 

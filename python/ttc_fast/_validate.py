@@ -163,16 +163,33 @@ def flags(argument: str, value: Any) -> Any:
     return value
 
 
-def votes(argument: str, value: Any) -> tuple[int, int]:
-    """Return ``value`` as (N, M) if it can mean N of the last M frames."""
-    problem = f"{argument} must be two integers (N, M), N of the last M frames, with 1 <= N <= M <= 64; got {value!r}"
+def votes(argument: str, value: Any) -> tuple[int, int] | tuple[float, float]:
+    """Return ``value`` as (N, M), N of the last M frames, or as (share, seconds), a share of those of the last seconds.
+
+    Two whole numbers are (N, M), and so are two floats without a fraction, of which the first is above 1: files and ROS
+    may have nothing else.
+    """
+    problem = (
+        f"{argument} must be two integers (N, M), N of the last M frames, with 1 <= N <= M <= 64, or (share, seconds), "
+        f"a share above 0 and at most 1 of the frames of the last seconds, up to 60; got {value!r}"
+    )
     try:
-        needed, frames = map(operator.index, value)
+        first, second = (each if is_whole(each) else number(argument, each) for each in value)
     except (TypeError, ValueError):
         raise TypeError(problem) from None
-    if not 1 <= needed <= frames <= 64:
-        raise ValueError(problem)
-    return needed, frames
+    if first > 1.0 and float(first).is_integer() and float(second).is_integer():
+        first, second = int(first), int(second)
+    if is_whole(first) and is_whole(second):
+        if 1 <= first <= second <= 64:
+            return int(first), int(second)
+    elif 0.0 < first <= 1.0 and 0.0 < second <= 60.0:
+        return float(first), float(second)
+    raise ValueError(problem)
+
+
+def is_whole(value: Any) -> bool:
+    """Return whether ``value`` is of an integer type other than bool."""
+    return hasattr(value, "__index__") and not isinstance(value, (bool, np.bool_))
 
 
 def _with_unit(value: float, unit: str) -> str:

@@ -178,7 +178,7 @@ class TestRelease:
 
     def test_escape_from_contact(self) -> None:
         """Something inside the outline ahead: forward never, back as soon as enough frames agree."""
-        drive = Drive(hold=0.0)
+        drive = Drive(hold=0.0, creep_speed=0.5)  # the scanner does not see the way back
         drive.frames(3, 0.35, 1.0)
         assert drive.frames(10, 0.35, 0.0, commanded=1.0).reason is Reason.STANDSTILL
         decision = drive.frames(5, 0.35, 0.0, commanded=-0.5)
@@ -455,7 +455,7 @@ class TestState:
         ("change", "says"),
         [
             ({"class": "RangeRate"}, "state must be of class BrakeController, got RangeRate"),
-            ({"version": 2}, "state must be of version 1, got 2"),
+            ({"version": 1}, "state must be of version 2, got 1"),
             ({"range_rate": None}, "range_rate"),
         ],
     )
@@ -465,8 +465,8 @@ class TestState:
         before = repr(controller.state())
         with pytest.raises(ValueError, match=says):
             controller.restore({**controller.state(), **change})
-        with pytest.raises(ValueError, match="state has no braking"):
-            controller.restore({name: value for name, value in controller.state().items() if name != "braking"})
+        with pytest.raises(ValueError, match="state has no brake"):
+            controller.restore({name: value for name, value in controller.state().items() if name != "brake"})
         assert repr(controller.state()) == before
 
     def test_several_threads_may_update(self) -> None:
@@ -510,7 +510,12 @@ class TestState:
     [
         ({"trigger": (3, 2)}, ValueError, "trigger"),
         ({"trigger": 2}, TypeError, "trigger"),
-        ({"trigger": (1.0, 2.0)}, TypeError, "trigger"),
+        ({"trigger": (1.5, 2.5)}, ValueError, "trigger"),
+        ({"trigger": (0.75, 61.0)}, ValueError, "trigger"),
+        ({"trigger": (0.0, 0.1)}, ValueError, "trigger"),
+        ({"creep_speed": -1.0}, ValueError, "creep_speed"),
+        ({"views": [3]}, TypeError, "views must be ScanTTC objects, got int"),
+        ({"views": [scanner(outline=CAR)]}, ValueError, "views need a path"),
         ({"min_returns": 2.5}, TypeError, "min_returns must be a whole number"),
         ({"min_returns": -1}, ValueError, "min_returns must be at least 0"),
         ({"release": (0, 1)}, ValueError, "release"),

@@ -25,7 +25,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "RangeRate": {"scan": SCAN_OF_3},
     "BrakeController": {"scan": SCAN_OF_3},
 }
-NOT_SETTINGS = {"RangeRate": {"scan"}, "BrakeController": {"criteria", "scan", "path", "range_rate"}}
+NOT_SETTINGS = {"RangeRate": {"scan"}, "BrakeController": {"criteria", "scan", "path", "range_rate", "views"}}
 """Arguments that are objects which the caller makes."""
 DESCRIBED: dict[str, tuple[Setting, ...]] = {
     "ScanTTC": SCAN,

@@ -104,7 +104,7 @@ def test_the_same_methods(name: str, method: str) -> None:
 
 def test_swept_paths_offer_the_same() -> None:
     assert public(ttc_fast.SweptPath) == public(reference.SweptPath) == {*PATH, "per_point", "outline", "no_data"}
-    assert public(ttc_fast.ScanSweptPath) == public(reference.ScanSweptPath) == {*PATH, "per_beam", "scan"}
+    assert public(ttc_fast.ScanSweptPath) == public(reference.ScanSweptPath) == {*PATH, "per_beam", "scan", "unseen"}
 
 
 def test_a_scanner_offers_the_same() -> None:

@@ -26,21 +26,22 @@ class Told(NamedTuple):
 
 COLUMN = ["--column", "min", "--rate", "10"]
 FIRST = {"WARMING_UP": 1}
+# A replay of clouds or distances begins with a brake: until the tracker knows a closing speed, what is ahead may close.
 LOGS: dict[str, tuple[list[str], Told]] = {
-    "kitti/velodyne": ([], Told(20, {"WARMING_UP": 2, "CLOSING": 18})),
-    "kitti/velodyne_raw": ([], Told(2, {"WARMING_UP": 2})),
+    "kitti/velodyne": ([], Told(20, {"WARMING_UP": 2, "CLOSING": 18}, 1)),
+    "kitti/velodyne_raw": ([], Told(2, {"WARMING_UP": 2}, 1)),
     "kitti/velodyne_raw/0000000000.bin": (["--speed", "8", "--outline", "-2", "2", "-1", "1"], Told(1, {"CLOSING": 1})),
-    "kitti/corridor_distances.csv": (COLUMN, Told(20, {"WARMING_UP": 2, "NOT_CLOSING": 5, "CLOSING": 13})),
-    "laserscan/breezyslam_exp1.npz": (["--outline", "-0.3", "0.2", "-0.2", "0.2"], Told(756, {}, 5)),
+    "kitti/corridor_distances.csv": (COLUMN, Told(20, {"WARMING_UP": 2, "NOT_CLOSING": 5, "CLOSING": 13}, 1)),
+    "laserscan/breezyslam_exp1.npz": (["--outline", "-0.3", "0.2", "-0.2", "0.2"], Told(756, {}, 6)),
     "laserscan/freiburg-101-corrected.log.gz": (["--sensor-timeout", "30"], Told(292, {}, 0)),
-    "laserscan/acapulco-corrected.log.gz": (["--sensor-timeout", "30"], Told(861, {}, 2)),
-    "laserscan/leg_tracker_positive_2.bag": ([], Told(243, {}, 2)),
-    "clouds/nebula_vlp16.pcd": (["--sensor-height", "1.7"], Told(1, FIRST)),
-    "clouds/nebula_hesai_qt64.pcd": (["--sensor-height", "1.7"], Told(1, FIRST)),
-    "clouds/nuscenes_lidar_top.pcd.bin": ([], Told(1, FIRST)),
+    "laserscan/acapulco-corrected.log.gz": (["--sensor-timeout", "30"], Told(861, {}, 3)),
+    "laserscan/leg_tracker_positive_2.bag": ([], Told(243, {}, 3)),
+    "clouds/nebula_vlp16.pcd": (["--sensor-height", "1.7"], Told(1, FIRST, 1)),
+    "clouds/nebula_hesai_qt64.pcd": (["--sensor-height", "1.7"], Told(1, FIRST, 1)),
+    "clouds/nuscenes_lidar_top.pcd.bin": ([], Told(1, FIRST, 1)),
     "clouds/pcl_car6_binary_compressed.pcd": (["--sensor-height", "1"], Told(1, {})),
-    "clouds/pcl_bun0_ascii.pcd": (["--sensor-height", "1"], Told(1, {})),
-    "clouds/pcl_office1_keypoints_binary.pcd": (["--sensor-height", "1"], Told(1, {})),
+    "clouds/pcl_bun0_ascii.pcd": (["--sensor-height", "1"], Told(1, {}, 1)),
+    "clouds/pcl_office1_keypoints_binary.pcd": (["--sensor-height", "1"], Told(1, {}, 1)),
 }
 PICTURES = [name for name in LOGS if "velodyne_raw/" not in name]
 REFUSED = {
@@ -108,7 +109,7 @@ def test_the_recorded_drive_closes_as_the_reference_says(data: Path) -> None:
     ttc = np.array([each.ttc for each in rows])
     late = np.arange(6, 17)
     assert np.median(np.abs(ttc[late] / reference["ttc_ref"][late] - 1.0)) < 0.25
-    assert {each.command for each in rows} == {Command.NONE}
+    assert {each.command for each in rows[late[0] :]} == {Command.NONE}
 
 
 def test_the_plain_nearest_points_are_the_published_ones(data: Path) -> None:

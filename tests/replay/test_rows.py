@@ -169,8 +169,9 @@ def test_a_distance_says_what_the_tracker_says(tmp_path: Path) -> None:
     for i, (row, distance) in enumerate(zip(rows, distances, strict=True)):
         seen, stamp = tracker.update(distance, i * 0.1), row.stamp
         assert (row.ttc, row.status) == (seen.ttc, seen.status)
-        estimate = Estimate(stamp, seen.ttc, seen.ttc_interval, seen.distance, seen.closing_speed)
-        assert row.command is controller.update(stamp, estimate=estimate).command
+        assert row.command is controller.update(stamp, estimate=Estimate.of(seen, stamp)).command
+    # It has just started: until the tracker knows a closing speed, what is ahead may close.
+    assert (rows[0].command, rows[0].reason) == (Command.BRAKE, Reason.NO_MOTION)
     assert rows[-1].command is Command.BRAKE
 
 
@@ -206,14 +207,15 @@ def test_a_blind_scan_is_invalid_and_braked_for(tmp_path: Path) -> None:
 
 def test_a_gap_is_stale_and_braked_for(tmp_path: Path) -> None:
     path = tmp_path / "d.csv"
-    path.write_text("stamp,distance\n" + "\n".join(f"{t},{20 + t}" for t in (0.0, 0.1, 0.2, 1.2, 1.3)))
+    stamps = [i / 10 for i in range(14)]  # it brakes at the start, as its tracker knows no closing speed yet
+    path.write_text("stamp,distance\n" + "\n".join(f"{t},{20 + t}" for t in (*stamps, 2.3, 2.4)))
     log = Replay(path)
-    assert [row.command for row in log] == [Command.NONE] * 3 + [Command.BRAKE] * 2
-    assert (log.summary.stale, log.summary.brakes) == (1, 1)
+    assert [row.command for row in log][6:] == [Command.NONE] * 8 + [Command.BRAKE] * 2
+    assert (log.summary.stale, log.summary.brakes) == (1, 2)
     assert log.summary.longest_gap == pytest.approx(1.0)
-    assert log.summary.events[0].begin.reason is Reason.STALE
+    assert [event.begin.reason for event in log.summary.events] == [Reason.NO_MOTION, Reason.STALE]
     patient = Replay(path, Settings(Configuration(brake={"sensor_timeout": 2.0})))
-    assert {row.command for row in patient} == {Command.NONE}
+    assert {row.command for row in list(patient)[6:]} == {Command.NONE}
     assert patient.summary.stale == 0
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import copy
+import math
 import threading
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import ScanTTC
@@ -20,15 +21,19 @@ from ttc_fast.brake.decide import decide, watchdog
 from ttc_fast.brake.settings import BETWEEN_BEAMS, BrakeSettings
 from ttc_fast.brake.state import (
     CLOCK_TOLERANCE,
+    HISTORY,
+    Brake,
     ControllerState,
     NOfM,
+    Vote,
     checked_commanded,
     checked_estimate,
     checked_motion,
     is_fresh,
 )
 from ttc_fast.brake.threats import Frame, ThreatAssessment
-from ttc_fast.brake.types import NOTHING, Command, Motion
+from ttc_fast.brake.types import NOTHING, STANDING, Command, Motion
+from ttc_fast.brake.unseen import FieldsOfView
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -39,8 +44,10 @@ if TYPE_CHECKING:
 
 BRAKE = Command.BRAKE  # a name is looked up faster than the member of an enumeration
 NO_DATA, INVALID, WARMING_UP, CONTACT = Status.NO_DATA, Status.INVALID, Status.WARMING_UP, Status.CONTACT
-CLASS, VERSION = "BrakeController", 1
-REMEMBERED = tuple(field.name for field in fields(ControllerState))
+CLASS, VERSION = "BrakeController", 2
+SMOOTHING = 0.25
+"""The weight of the newest time between two frames in the usual one."""
+NEITHER = Vote(False, False, STANDING)
 
 Newest = tuple["Motion | None", float, "Estimate | None"]
 """The newest odometry, its stamp, and the newest estimate."""
@@ -58,21 +65,27 @@ class Assessed:
         The most urgent criterion; None where the frame cannot be evaluated.
     evaluation : Evaluation
         The evaluation by that criterion.
-    motion : Motion or None
-        The motion that it was made for.
+    vote : Vote
+        The vote of the frame.
+    vote_without_estimates : Vote or None
+        The vote that it would have without the estimate; None where that is the same.
     rests_in_contact : bool
         Whether something is inside the outline, and neither motion nor command says which way it will go.
-    clear : bool
-        Whether the frame votes for release.
+    unseen : bool
+        Whether nothing looks at a part of the path, or of the path that a braked vehicle would go on with.
+    looks : int or None
+        The edge of the outline that the cloud looks at, as far as that was asked.
     """
 
     status: Status | None
     threats: Threats | None = None
     criterion: Criterion | None = None
     evaluation: Evaluation = NOTHING
-    motion: Motion | None = None
+    vote: Vote = NEITHER
+    vote_without_estimates: Vote | None = None
     rests_in_contact: bool = False
-    clear: bool = False
+    unseen: bool = False
+    looks: int | None = None
 
 
 BETWEEN_FRAMES, IGNORED, BLIND, UNKNOWN = Assessed(None), Assessed(INVALID), Assessed(NO_DATA), Assessed(WARMING_UP)
@@ -100,10 +113,11 @@ class BrakeController:
         Time between two beams of a scan, s, as in ``sensor_msgs/LaserScan``. The age of each beam is taken off its TTC.
     horizon : float, default 5.0
         The path of ``scan`` is looked at this far ahead, s; ``path`` has its own horizon.
-    trigger : (int, int), default (3, 4)
-        (N, M): the controller brakes when N of the last M frames trigger.
-    release : (int, int), default (3, 5)
-        (N, M): the controller lets go when N of the last M frames are clear.
+    trigger : (float, float) or (int, int), default (0.75, 0.1)
+        (share, seconds): the controller brakes when so large a share of the frames of this last time triggers, and two
+        frames at least. (N, M): it brakes when N of the last M frames trigger. At 40 Hz the default is (3, 4).
+    release : (float, float) or (int, int), default (0.6, 0.125)
+        As ``trigger``, for the frames that have to be clear before the controller lets go. At 40 Hz it is (3, 5).
     warn_at : float, default 1.5
         The controller warns below this multiple of a criterion's threshold; at least 1.
     release_at : float, default 1.25
@@ -115,6 +129,8 @@ class BrakeController:
     standstill_speed : float, default 0.05
         Below this speed the vehicle stands, m/s. A braked vehicle that stands sees nothing come closer. It is released
         only when the motion that it would continue with (``commanded``, else the one it braked from) is clear.
+    creep_speed : float, default 0.0
+        Up to this speed the path need not be seen, m/s. A vehicle whose sensors do not look back can reverse so fast.
     sensor_timeout : float, default 0.3
         Sensor data of this age are too old to be safe, s.
     motion_timeout : float, default 0.5
@@ -122,7 +138,11 @@ class BrakeController:
     min_returns : int, default 0
         With fewer valid readings (``counts.valid``) a frame is blind. A frame without a valid reading always is.
     when_blind : Command, default Command.BRAKE
-        The command when sensor data are missing, too old or blind, or no closing speed is known: BRAKE or WARN.
+        The command when sensor data are missing, too old or blind, when no closing speed is known, or no sensor looks
+        at the path: BRAKE or WARN.
+    views : sequence of ScanTTC, default ()
+        Where the sensors look whose ``points`` come: a scanner, or a range finder with its mount and a few angles.
+        Without them, a cloud beside a scan looks along the path if it has a point there.
 
     Raises
     ------
@@ -160,17 +180,19 @@ class BrakeController:
         range_rate: RangeRate | None = None,
         time_increment: float = 0.0,
         horizon: float = 5.0,
-        trigger: tuple[int, int] = (3, 4),
-        release: tuple[int, int] = (3, 5),
+        trigger: tuple[float, float] = (0.75, 0.1),
+        release: tuple[float, float] = (0.6, 0.125),
         warn_at: float = 1.5,
         release_at: float = 1.25,
         hold: float = 0.5,
         deceleration: float = 6.0,
         standstill_speed: float = 0.05,
+        creep_speed: float = 0.0,
         sensor_timeout: float = 0.3,
         motion_timeout: float = 0.5,
         min_returns: int = 0,
         when_blind: Command = Command.BRAKE,
+        views: Sequence[ScanTTC] = (),
     ) -> None:
         self._settings = BrakeSettings(
             time_increment=time_increment,
@@ -182,6 +204,7 @@ class BrakeController:
             hold=hold,
             deceleration=deceleration,
             standstill_speed=standstill_speed,
+            creep_speed=creep_speed,
             sensor_timeout=sensor_timeout,
             motion_timeout=motion_timeout,
             min_returns=min_returns,
@@ -190,6 +213,7 @@ class BrakeController:
         self._trigger, self._release = NOfM(trigger), NOfM(release)
         self._assessment = ThreatAssessment(scan, path, range_rate, horizon)
         self._first, *self._others = self._assessment.check(criteria if criteria is not None else self._default())
+        self._fields_of_view = FieldsOfView(self._assessment, views, self._settings, self.criteria)
         self._state = ControllerState()
         self._lock = threading.RLock()
 
@@ -342,8 +366,13 @@ class BrakeController:
             state, settings = self._state, self._settings
             unsafe = watchdog(state, settings, now)
             if unsafe is not None and settings.when_blind == BRAKE:
-                state.brake(now, None)
-            return decide(state, settings, now, unsafe, override, assessed.status, assessed.threats)
+                for brake in state.brakes:
+                    brake.brake(now, state.motion or STANDING)
+            _, counts = self._trigger.quorum(state.period)
+            triggered = (state.brake.trigger_votes & counts).bit_count()
+            _, counts = self._release.quorum(state.period)
+            clear = (state.brake.release_votes & counts).bit_count()
+            return decide(state, settings, now, unsafe, override, assessed.status, assessed.threats, triggered, clear)
 
     def _receive(
         self,
@@ -398,7 +427,7 @@ class BrakeController:
 
     def _assess(self, frame: Frame) -> Assessed:
         """Assess the threats of a frame, and evaluate them by every criterion."""
-        state, assessment, motion = self._state, self._assessment, frame.motion
+        state, assessment = self._state, self._assessment
         if not state.frame_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
             return IGNORED
         threats = assessment.assess(frame)
@@ -407,22 +436,43 @@ class BrakeController:
         elif not threats.closing_speed_known:
             assessed = UNKNOWN
         else:
-            criterion, evaluation = self._most_urgent(threats)
-            rests_in_contact = False
-            if threats.status is CONTACT and not assessment.only_estimates:
-                commanded = frame.commanded
-                rests_in_contact = not (moves(motion) or moves(commanded))
-                if commanded is not None and not state.braking:  # the vehicle must not be driven deeper into contact
-                    other, of_commanded = self._most_urgent(assessment.assess_along(frame, commanded))
-                    if of_commanded.more_urgent_than(evaluation):
-                        criterion, evaluation, motion = other, of_commanded, commanded
-            clear = evaluation.value >= self._settings.release_at * evaluation.threshold
-            if clear and state.braking:
-                clear = self._would_be_clear(frame)
-            assessed = Assessed(threats.status, threats, criterion, evaluation, motion, rests_in_contact, clear)
+            unseen, looks = self._fields_of_view.unseen(frame, state, frame.motion)
+            assessed = self._evaluate(frame, threats, state.brake, unseen)
+            assessed.looks = looks
+            without = state.brake_without_estimates
+            if without is not None or (frame.estimate is not None and not assessment.only_estimates):
+                other, seen = frame, threats
+                if frame.estimate is not None:
+                    other, seen = replace(frame, estimate=None), threats._replace(estimate=None, estimate_is_sure=False)
+                assessed.vote_without_estimates = self._evaluate(other, seen, without or state.brake, unseen).vote
         if assessment.range_rate is not None:
             assessment.take_up(frame)
         return assessed
+
+    def _evaluate(self, frame: Frame, threats: Threats, brake: Brake, unseen: bool) -> Assessed:
+        """Evaluate threats by every criterion, and return how the frame votes on a brake."""
+        motion, commanded, settings = frame.motion, frame.commanded, self._settings
+        criterion, evaluation = self._most_urgent(threats)
+        rests_in_contact = False
+        if threats.status is CONTACT and not self._assessment.only_estimates:
+            rests_in_contact = not (moves(motion) or moves(commanded))
+            if commanded is not None and not brake.on:  # the vehicle must not be driven deeper into contact
+                other, of_commanded = self._most_urgent(self._assessment.assess_along(frame, commanded))
+                if of_commanded.more_urgent_than(evaluation):
+                    criterion, evaluation, motion = other, of_commanded, commanded
+        stops_unseen = unseen and settings.when_blind == BRAKE
+        triggers = evaluation.value < evaluation.threshold or stops_unseen
+        clear = evaluation.value >= settings.release_at * evaluation.threshold and not stops_unseen
+        if clear and frame.estimate is not None:
+            clear = frame.estimate.is_current(frame.now, settings.sensor_timeout)
+        if clear and brake.on and not self._assessment.only_estimates:  # what would be estimated then is not known
+            continued = commanded if commanded is not None else self._continued_motion(motion, brake)
+            if continued is not None:
+                clear, continues_unseen = self._would_be_clear(frame, continued)
+                unseen = unseen or continues_unseen
+        motion = motion or self._state.motion or STANDING
+        vote = Vote(triggers, clear, motion)
+        return Assessed(threats.status, threats, criterion, evaluation, vote, None, rests_in_contact, unseen)
 
     def _vote(self, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
         """Remember what came, count the two votes of a frame, and begin or end braking."""
@@ -434,29 +484,43 @@ class BrakeController:
             state.ignored += 1
             return
         state.frames += 1
-        state.frame_at = frame.stamp
+        state.frame_at = stamp = frame.stamp
         if assessed is BLIND:
             state.blind += 1
         else:
-            state.seen_at = frame.stamp
-        evaluation = assessed.evaluation
+            state.seen_at = stamp
+            if frame.ranges is not None:
+                state.scan_at = stamp
+            elif frame.points is not None:
+                state.cloud_at = stamp
         if assessed.criterion is None:  # a frame that cannot be evaluated is not clear
-            state.release_votes = self._release.push(state.release_votes, False)
+            for brake in state.brakes:
+                brake.release_votes = brake.release_votes << 1 & HISTORY
             return
-        state.evaluated_at = frame.stamp
-        state.criterion = assessed.criterion
-        state.evaluation = evaluation
-        state.rests_in_contact = assessed.rests_in_contact
-        triggered = evaluation.value < evaluation.threshold
-        state.trigger_votes = self._trigger.push(state.trigger_votes, triggered)
-        state.release_votes = self._release.push(state.release_votes, assessed.clear)
-        if triggered:
-            if state.braking or self._trigger.reached(state.trigger_votes):
-                state.brake(frame.now, assessed.motion)
-        elif state.braking and assessed.clear:  # votes of older frames let nothing go that this one shows
-            held = frame.now - state.triggered_at
-            if held >= self._settings.hold and self._release.reached(state.release_votes):
-                state.release()
+        self._keep_time(stamp)
+        if assessed.looks is not None:
+            state.cloud_looks = {**state.cloud_looks, assessed.looks: stamp}
+        state.criterion, state.evaluation = assessed.criterion, assessed.evaluation
+        state.rests_in_contact, state.unseen = assessed.rests_in_contact, assessed.unseen
+        trigger, release = self._trigger.quorum(state.period), self._release.quorum(state.period)
+        if assessed.vote_without_estimates is not None:
+            if state.brake_without_estimates is None:
+                state.brake_without_estimates = replace(state.brake)
+            vote = assessed.vote_without_estimates
+            state.brake_without_estimates.vote(vote, frame.now, trigger, release, self._settings.hold)
+        state.brake.vote(assessed.vote, frame.now, trigger, release, self._settings.hold)
+
+    def _keep_time(self, stamp: float) -> None:
+        """Learn how often a frame comes. After a gap, the votes on release begin anew."""
+        state, timeout = self._state, self._settings.sensor_timeout
+        since, state.evaluated_at = stamp - state.evaluated_at, stamp
+        if since > timeout:
+            for brake in state.brakes:
+                brake.release_votes = 0
+            if since == math.inf:
+                return
+            since = timeout
+        state.period = since if state.period == math.inf else state.period + SMOOTHING * (since - state.period)
 
     def _most_urgent(self, threats: Threats) -> tuple[Criterion, Evaluation]:
         """Return the criterion that is nearest to its threshold, or beyond it by most, and its evaluation."""
@@ -467,24 +531,22 @@ class BrakeController:
                 urgent, evaluation = criterion, other
         return urgent, evaluation
 
-    def _would_be_clear(self, frame: Frame) -> bool:
-        """Return whether a frame is clear for the motion that a braked vehicle would continue with.
+    def _would_be_clear(self, frame: Frame, continued: Motion) -> tuple[bool, bool]:
+        """Return whether a frame is clear for what a braked vehicle would go on with, and whether that is unseen.
 
         Being slow is not being safe: the vehicle sees nothing come closer because it is braked.
         """
-        if self._assessment.only_estimates:
-            return True  # what would be estimated at another motion is not known
-        continued_motion = frame.commanded if frame.commanded is not None else self._continued_motion(frame.motion)
-        if continued_motion is None:
-            return True
-        _, (value, threshold, _) = self._most_urgent(self._assessment.assess_along(frame, continued_motion))
-        return value >= self._settings.release_at * threshold
+        _, (value, threshold, _) = self._most_urgent(self._assessment.assess_along(frame, continued))
+        if value < self._settings.release_at * threshold:
+            return False, False
+        unseen, _ = self._fields_of_view.unseen(frame, self._state, continued)
+        return not unseen or self._settings.when_blind != BRAKE, unseen
 
-    def _continued_motion(self, motion: Motion | None) -> Motion | None:
+    def _continued_motion(self, motion: Motion | None, brake: Brake) -> Motion | None:
         """Return the motion of a vehicle that is released and not commanded, or None where that is not known."""
+        before = brake.braked_from
         if motion is None:
-            return None  # the range rate has given all the closing speeds that there are
-        before = self._state.braked_from
+            return before if moves(before) else None  # without odometry it may stand
         if motion.speed == 0.0 or abs(motion.speed) < self._settings.standstill_speed:
             return before
         faster = max(abs(before.speed / motion.speed), 1.0)  # the way it is on, at the speed it braked from
@@ -570,20 +632,19 @@ class BrakeController:
         Returns
         -------
         dict
-            ``class`` and ``version`` of the state, the fields of ``ControllerState``, and ``range_rate``, the state of
-            the range rate or None. Later updates do not change it, and it pickles.
+            ``class`` and ``version`` of the state, the fields of ``ControllerState``, where a ``Brake`` is a dict, and
+            ``range_rate``, the state of the range rate or None. Later updates do not change it, and it pickles.
 
         Examples
         --------
         >>> from ttc_fast import BrakeController, ScanTTC
         >>> controller = BrakeController(scan=ScanTTC(0.0, 0.1, 3))
         >>> state = controller.state()
-        >>> state["class"], state["version"], state["braking"]
-        ('BrakeController', 1, False)
+        >>> state["class"], state["version"], state["brake"]["on"]
+        ('BrakeController', 2, False)
         """
         with self._lock:
-            remembered = {name: getattr(self._state, name) for name in REMEMBERED}
-            return {"class": CLASS, "version": VERSION, **remembered, "range_rate": self._assessment.state()}
+            return {"class": CLASS, "version": VERSION, **self._state.saved(), "range_rate": self._assessment.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a state: a controller of the same settings then decides as the saved one would have.
@@ -614,12 +675,12 @@ class BrakeController:
         if not isinstance(state, dict):
             raise TypeError(f"state must be a dict that the state() of a {CLASS} returned, got {state!r}")
         expected = {"class": CLASS, "version": VERSION}
-        for name in (*expected, *REMEMBERED, "range_rate"):
+        for name in (*expected, "range_rate"):
             if name not in state:
                 raise ValueError(f"state has no {name}: it must come from state()")
             if name in expected and state[name] != expected[name]:
                 raise ValueError(f"state must be of {name} {expected[name]}, got {state[name]}")
-        restored = ControllerState(**{name: state[name] for name in REMEMBERED})
+        restored = ControllerState.of(state)
         with self._lock:
             self._assessment.restore(state["range_rate"])
             self._state = restored
@@ -632,6 +693,7 @@ class BrakeController:
                 "scan": assessment.scan,
                 "path": assessment.path,
                 "range_rate": copy.deepcopy(assessment.range_rate),
+                "views": self._fields_of_view.views,
                 **asdict(self._settings),
             }
             return {"arguments": arguments, "state": self.state()}

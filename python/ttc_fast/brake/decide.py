@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 NONE, WARN, BRAKE = Command  # a name is looked up faster than the member of an enumeration
 CONTACT = Status.CONTACT
-CLEAR, NEAR, CRITERION = Reason.CLEAR, Reason.NEAR, Reason.CRITERION
+CLEAR, NEAR, CRITERION, UNSEEN = Reason.CLEAR, Reason.NEAR, Reason.CRITERION, Reason.UNSEEN
 
 
 def watchdog(state: ControllerState, settings: BrakeSettings, now: float) -> Reason | None:
@@ -41,6 +41,8 @@ def decide(
     override: bool,
     status: Status | None,
     threats: Threats | None,
+    triggered: int,
+    clear: int,
 ) -> Decision:
     """Return the decision.
 
@@ -58,24 +60,27 @@ def decide(
         Whether the driver took over.
     status, threats
         Status and threats of the frame that came, as ``Decision`` has them.
+    triggered, clear : int
+        The votes on braking and on release, as ``Counters`` has them.
     """
+    braking = state.braking
     if override:
         command, reason = NONE, Reason.OVERRIDE
     elif unsafe is not None:
-        command, reason = (BRAKE if state.braking else WARN), unsafe
-    elif state.braking:
+        command, reason = (BRAKE if braking else WARN), unsafe
+    elif braking:
         command, reason = BRAKE, why_braking(state, settings, now)
     else:
         command, reason = why_not_braking(state, settings)
     value, threshold, threat = state.evaluation
-    counters = Counters(
-        state.frames, state.ignored, state.blind, state.trigger_votes.bit_count(), state.release_votes.bit_count()
-    )
+    counters = Counters(state.frames, state.ignored, state.blind, triggered, clear)
     deceleration, limit = 0.0, math.inf
     if command is BRAKE:
         deceleration, limit = settings.deceleration, 0.0
     elif command is WARN:
         limit = speed_limit(state)
+        if reason is UNSEEN and settings.creep_speed > 0.0:
+            limit = min(limit, settings.creep_speed)
     return Decision(
         command,
         reason,
@@ -97,6 +102,8 @@ def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> 
     value, threshold, _ = state.evaluation
     if value < threshold:
         return CRITERION
+    if state.unseen:
+        return UNSEEN
     motion = state.motion if is_fresh(state.motion_at, now, settings.motion_timeout) else None
     stands = motion is not None and abs(motion.speed) < settings.standstill_speed
     return Reason.STANDSTILL if stands else Reason.HOLD
@@ -105,8 +112,12 @@ def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> 
 def why_not_braking(state: ControllerState, settings: BrakeSettings) -> tuple[Command, Reason]:
     """Return the command and its reason where the controller does not brake."""
     value, threshold, threat = state.evaluation
+    if value < threshold:
+        return WARN, Reason.VOTING
+    if state.unseen:
+        return WARN, UNSEEN
     if value < settings.warn_at * threshold:
-        return WARN, (Reason.VOTING if value < threshold else NEAR)
+        return WARN, NEAR
     if state.rests_in_contact:
         return WARN, Reason.CONTACT
     in_contact = threat is not None and threat.status is CONTACT

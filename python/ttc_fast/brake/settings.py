@@ -29,8 +29,12 @@ class BrakeSettings:
 
     time_increment: float = setting(0.0, BETWEEN_BEAMS, "Time between two beams of a scan, as in a LaserScan message.")
     horizon: float = setting(5.0, TIMEOUT, "The path of the scan is looked at this far ahead.", (0.0, 60.0))
-    trigger: tuple[int, int] = setting((3, 4), Votes(), "(N, M): it brakes when N of the last M frames trigger.")
-    release: tuple[int, int] = setting((3, 5), Votes(), "(N, M): it lets go when N of the last M frames are clear.")
+    trigger: tuple[float, float] = setting(
+        (0.75, 0.1), Votes(), "(share, seconds) or (N, M): it brakes when so large a share of these frames triggers."
+    )
+    release: tuple[float, float] = setting(
+        (0.6, 0.125), Votes(), "(share, seconds) or (N, M): it lets go when so large a share of these frames is clear."
+    )
     warn_at: float = setting(1.5, WARN_AT, "The controller warns below this multiple of a threshold.", (1.0, 100.0))
     release_at: float = setting(
         1.25, RELEASE_AT, "A frame is clear from this multiple of every threshold.", (1.0, 100.0)
@@ -41,6 +45,9 @@ class BrakeSettings:
     )
     standstill_speed: float = setting(
         0.05, Number(unit="m/s", least=0.0), "Below this speed the vehicle stands.", (0.0, 10.0)
+    )
+    creep_speed: float = setting(
+        0.0, Number(unit="m/s", least=0.0), "Up to this speed the path need not be seen.", (0.0, 10.0)
     )
     sensor_timeout: float = setting(0.3, TIMEOUT, "Sensor data of this age are too old to be safe.", (0.0, 10.0))
     motion_timeout: float = setting(0.5, TIMEOUT, "Odometry of this age is not used any more.", (0.0, 10.0))

@@ -1,15 +1,16 @@
 """What a controller remembers from one update to the next, and the checks of what comes in.
 
-Every field of ``ControllerState`` is a plain value, an enumeration or a named tuple, so that it can be saved.
+Every field of ``ControllerState`` and ``Brake`` is a plain value, an enumeration or a named tuple, so that it can be
+saved.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ttc_fast._validate import finite, interval, number
+from ttc_fast._validate import finite, interval, not_nan, number, votes
 from ttc_fast.brake.types import NOTHING, STANDING, Estimate, Motion
 from ttc_fast.status import Status
 
@@ -18,6 +19,64 @@ if TYPE_CHECKING:
 
 CLOCK_TOLERANCE = 0.1
 """A stamp may lie this far in the future, s, because two clocks are never the same."""
+
+
+HISTORY = (1 << 64) - 1
+"""The bits of the votes that are remembered."""
+
+Quorum = tuple[int, int]
+"""How many votes are needed, and the bits of the frames that count."""
+
+
+class Vote(NamedTuple):
+    """What a frame says about a brake."""
+
+    triggers: bool
+    """Whether it has a cause to brake."""
+    clear: bool
+    """Whether it is clear, now and for what the vehicle would go on with."""
+    motion: Motion
+    """The motion that has the cause."""
+
+
+@dataclass(slots=True)
+class Brake:
+    """Whether a brake is on, the votes about it, and what it was braked from."""
+
+    on: bool = False
+    """Whether it brakes."""
+    triggered_at: float = -math.inf
+    """Time of the last decision that had a cause to brake, s."""
+    braked_from: Motion = STANDING
+    """The fastest motion of the frames that had a cause, since the first of them."""
+    trigger_votes: int = 0
+    """The votes on braking, the newest in the lowest bit."""
+    release_votes: int = 0
+    """The votes on release, the newest in the lowest bit."""
+
+    def brake(self, now: float, motion: Motion) -> None:
+        """Begin to brake, or begin the hold time again."""
+        if not self.on or motion.over_ground > self.braked_from.over_ground:
+            self.braked_from = motion
+        self.on, self.triggered_at, self.release_votes = True, now, 0
+
+    def vote(self, frame: Vote, now: float, trigger: Quorum, release: Quorum, hold: float) -> None:
+        """Count the two votes of a frame, and begin or end braking."""
+        triggers, clear, motion = frame
+        lasts = self.on or self.trigger_votes & trigger[1]
+        self.trigger_votes = (self.trigger_votes << 1 | triggers) & HISTORY
+        self.release_votes = (self.release_votes << 1 | clear) & HISTORY
+        if triggers:
+            if not lasts or motion.over_ground > self.braked_from.over_ground:
+                self.braked_from = motion
+            if self.on or reached(self.trigger_votes, trigger):
+                self.on, self.triggered_at, self.release_votes = True, now, 0
+        elif self.on:
+            if not any(self.braked_from[:3]):  # it began to brake when no motion was known
+                self.braked_from = motion
+            # The votes of older frames let nothing go that this one shows.
+            if clear and now - self.triggered_at >= hold and reached(self.release_votes, release):
+                self.on, self.trigger_votes = False, 0
 
 
 @dataclass(slots=True)
@@ -30,6 +89,14 @@ class ControllerState:
     """Stamp of the newest frame that was not blind."""
     evaluated_at: float = -math.inf
     """Stamp of the newest frame that was evaluated: it was not blind, and its closing speeds were known."""
+    period: float = math.inf
+    """The usual time between two evaluated frames, s."""
+    scan_at: float = -math.inf
+    """Stamp of the newest scan that was not blind."""
+    cloud_at: float = -math.inf
+    """Stamp of the newest cloud that was not blind."""
+    cloud_looks: dict[int, float] = field(default_factory=dict)
+    """Stamp of the newest cloud that had a point ahead of an edge of the outline, by the number of the edge."""
     motion: Motion | None = None
     """The newest odometry."""
     motion_at: float = -math.inf
@@ -43,17 +110,13 @@ class ControllerState:
     """The evaluation by that criterion."""
     rests_in_contact: bool = False
     """Whether something was inside the outline then, and neither motion nor command said which way it will go."""
+    unseen: bool = False
+    """Whether nothing looked at a part of the path then."""
 
-    braking: bool = False
-    """Whether the controller brakes."""
-    triggered_at: float = -math.inf
-    """Time of the last decision that had a cause to brake."""
-    braked_from: Motion = STANDING
-    """The fastest motion since the controller began to brake, in frames that had a cause."""
-    trigger_votes: int = 0
-    """The votes on braking, as ``NOfM`` keeps them."""
-    release_votes: int = 0
-    """The votes on release, as ``NOfM`` keeps them."""
+    brake: Brake = field(default_factory=Brake)
+    """The brake."""
+    brake_without_estimates: Brake | None = None
+    """The brake as it would be if there had been no estimate; None as long as there was none."""
 
     frames: int = 0
     """Number of frames that were assessed, blind ones included."""
@@ -62,19 +125,40 @@ class ControllerState:
     blind: int = 0
     """Number of frames with too few returns."""
 
-    def brake(self, now: float, motion: Motion | None) -> None:
-        """Begin to brake, or begin the hold time again. ``braked_from`` learns the fastest motion of all such calls."""
-        self.triggered_at = now
-        self.release_votes = 0
-        motion = motion or self.motion or STANDING
-        if not self.braking or motion.over_ground > self.braked_from.over_ground:
-            self.braked_from = motion
-        self.braking = True
+    @property
+    def braking(self) -> bool:
+        """Whether the controller brakes. An estimate can only add."""
+        without = self.brake_without_estimates
+        return self.brake.on or (without is not None and without.on)
 
-    def release(self) -> None:
-        """End braking. The votes on braking begin anew."""
-        self.braking = False
-        self.trigger_votes = 0
+    @property
+    def brakes(self) -> tuple[Brake, ...]:
+        """The brake, and the brake without estimates if there is one."""
+        without = self.brake_without_estimates
+        return (self.brake,) if without is None else (self.brake, without)
+
+    def saved(self) -> dict[str, Any]:
+        """Return everything as plain values, enumerations, named tuples and dicts."""
+        plain = {each.name: getattr(self, each.name) for each in fields(self)}
+        for name in BRAKES:
+            brake = plain[name]
+            plain[name] = brake and {each.name: getattr(brake, each.name) for each in fields(Brake)}
+        return plain
+
+    @classmethod
+    def of(cls, saved: dict[str, Any]) -> ControllerState:
+        """Return the memory that ``saved`` returned. A ValueError says what is missing."""
+        for name in (each.name for each in fields(cls)):
+            if name not in saved:
+                raise ValueError(f"state has no {name}: it must come from state()")
+        plain = {each.name: saved[each.name] for each in fields(cls)}
+        for name in BRAKES:
+            if plain[name] is not None:
+                plain[name] = Brake(**plain[name])
+        return cls(**plain)
+
+
+BRAKES = ("brake", "brake_without_estimates")
 
 
 def is_fresh(stamp: float, now: float, timeout: float) -> bool:
@@ -82,30 +166,40 @@ def is_fresh(stamp: float, now: float, timeout: float) -> bool:
     return -CLOCK_TOLERANCE <= now - stamp <= timeout
 
 
-class NOfM:
-    """A vote of at least N of the last M frames. A frame that never came counts as a no.
+def reached(votes: int, quorum: Quorum) -> bool:
+    """Return whether enough of the votes that count are yes."""
+    needed, counts = quorum
+    return (votes & counts).bit_count() >= needed
 
-    The votes are the bits of an int that the caller keeps, the newest in the lowest bit.
+
+class NOfM:
+    """A vote of at least N of the last M frames, or of a share of the frames of the last seconds.
+
+    The votes are the bits of an int that the caller keeps, the newest in the lowest bit. A frame that never came counts
+    as a no. By time at least two frames count, and have to agree.
 
     Parameters
     ----------
-    rule : (int, int)
-        N and M, as ``BrakeSettings`` checks them.
+    rule : (int, int) or (float, float)
+        N and M, or share and seconds, as ``BrakeSettings`` checks them.
     """
 
-    __slots__ = ("_mask", "_needed")
+    __slots__ = ("_quorums", "_seconds")
 
-    def __init__(self, rule: tuple[int, int]) -> None:
-        self._needed, frames = rule
-        self._mask = (1 << frames) - 1
+    def __init__(self, rule: tuple[float, float]) -> None:
+        first, second = votes("votes", rule)
+        self._seconds = 0.0
+        if isinstance(first, int) and isinstance(second, int):
+            self._quorums = [(first, (1 << second) - 1)]
+        else:
+            share, self._seconds = first, second
+            frames = [max(frames, 2) for frames in range(65)]
+            self._quorums = [(max(math.ceil(share * each - 1e-9), 2), (1 << each) - 1) for each in frames]
 
-    def push(self, votes: int, vote: bool) -> int:
-        """Return the votes with one more, of which the last M count."""
-        return (votes << 1 | vote) & self._mask
-
-    def reached(self, votes: int) -> bool:
-        """Return whether at least N of the votes are yes."""
-        return votes.bit_count() >= self._needed
+    def quorum(self, period: float) -> Quorum:
+        """Return how many votes are needed, and which count, where a frame comes every ``period`` seconds."""
+        frames = self._seconds / period + 0.5
+        return self._quorums[int(frames) if frames < 64.0 else 64]
 
 
 def checked_motion(argument: str, value: Any) -> Motion:
@@ -152,4 +246,5 @@ def checked_estimate(value: Any) -> Estimate:
         number("estimate.closing_speed", estimate.closing_speed),
         interval("estimate.closing_speed_interval", estimate.closing_speed_interval),
         estimate.status,
+        not_nan("estimate.age", estimate.age, 0.0, "s"),
     )

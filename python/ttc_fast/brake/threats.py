@@ -60,7 +60,7 @@ class Frame:
 
 PATH = Source.PATH  # a name is looked up faster than the member of an enumeration
 UNKNOWN = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
-"""The statuses of a range rate that knows no closing speed."""
+"""The statuses of a range rate, and of an estimate without a TTC, that know no closing speed."""
 
 
 POINTS = 50
@@ -101,7 +101,7 @@ class ThreatAssessment:
         if range_rate is not None and scan is not None and not is_same(scan, range_rate.scan):
             self._rate_beams = nearest_beams(scan, range_rate.scan)
         self._horizon = horizon
-        self._scan_path = None if scan is None else path_of(scan, horizon)
+        self.scan_path = None if scan is None else path_of(scan, horizon)
         self._needs_beams = self._needs_path = self._needs_arc = True
         self.only_estimates = scan is None and path is None
         """Whether estimates are the only frames."""
@@ -109,7 +109,7 @@ class ThreatAssessment:
     @property
     def has_path(self) -> bool:
         """Whether threats on the path can be found: there is an outline."""
-        return self.path is not None or self._scan_path is not None
+        return self.path is not None or self.scan_path is not None
 
     def check(self, criteria: Iterable[Criterion]) -> tuple[Criterion, ...]:
         """Return the criteria if they can be evaluated. From now on only what they need is computed."""
@@ -133,20 +133,20 @@ class ThreatAssessment:
         self._needs_path = self.has_path and not needs.isdisjoint({Needs.PATH, Needs.NEAREST, Needs.ARC})
         self._needs_arc = Needs.ARC in needs
         # Every scan is assessed in one way at least, so that a blind scanner is noticed by a controller of estimates.
-        self._needs_beams = Needs.BEAMS in needs or not (self._needs_path and self._scan_path is not None)
+        self._needs_beams = Needs.BEAMS in needs or not (self._needs_path and self.scan_path is not None)
         return criteria
 
     def use_scan(self, scan: ScanTTC) -> None:
         """Read scans by another scanner from now on; the range rate goes on by angle."""
         scan_path = path_of(scan, self._horizon)
-        if (scan_path is None) is not (self._scan_path is None):
+        if (scan_path is None) is not (self.scan_path is None):
             raise ValueError("scan must have an outline where the one before it has one, or none")
         if self.range_rate is not None:
             if not is_like(scan, self.range_rate.scan):
                 self.range_rate = range_rate_by_angle(self.range_rate, scan)
             same = is_same(scan, self.range_rate.scan)
             self._rate_beams = None if same else nearest_beams(scan, self.range_rate.scan)
-        self.scan, self._scan_path = scan, scan_path
+        self.scan, self.scan_path = scan, scan_path
 
     def _by_beams_of_rates(self, ranges: Any) -> Any:
         """Return a scan as the beams of the range rate would have measured it."""
@@ -223,8 +223,8 @@ class ThreatAssessment:
             if self._needs_beams:
                 seen = self.scan.nearest(frame.ranges, *motion[:3])
                 beams = self._beam_threat(Source.BEAMS, frame, seen)
-            if self._needs_path and self._scan_path is not None:
-                seen = self._scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed, **way)
+            if self._needs_path and self.scan_path is not None:
+                seen = self.scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed, **way)
                 beam = seen.beam
                 path = path_threat(seen, beam, seen.angle, seen.range, over_ground, self._age(frame, beam))
         estimate, is_sure = (None, False) if frame.estimate is None else estimated_threat(frame)
@@ -237,7 +237,9 @@ class ThreatAssessment:
         threat, is_sure = estimated_threat(frame)
         status = Status.NO_DATA if threat is None else threat.status
         speed = None if frame.motion is None else frame.motion.over_ground
-        return Threats(speed, None, None, threat, is_sure, 1, status, True)
+        # A tracker that warms up, or gets nothing new, knows no closing speed unless it predicts one.
+        known = threat is None or threat.ttc < math.inf or status not in UNKNOWN
+        return Threats(speed, None, None, threat, is_sure, 1, status, known)
 
     def _beam_threat(self, source: Source, frame: Frame, seen: Any) -> Threat:
         """Return the nearest beam at the time of the decision."""
@@ -284,7 +286,7 @@ def estimated_threat(frame: Frame) -> tuple[Threat | None, bool]:
     estimate = frame.estimate
     if estimate is None or estimate.saw_nothing:
         return None, False
-    _, ttc, ttc_interval, distance, closing, closing_interval, status = estimate
+    _, ttc, ttc_interval, distance, closing, closing_interval, status, _ = estimate
     age = max(frame.now - estimate.stamp, 0.0)
     clearance = max(distance - max(closing, 0.0) * age, 0.0)
     if status is Status.CONTACT or distance <= 0.0:

@@ -50,6 +50,10 @@ class Motion(NamedTuple):
 
 
 STANDING = Motion(0.0)
+UNSURE = frozenset({Status.TOO_FEW, Status.WARMING_UP, Status.LOST, Status.STALE})
+"""The statuses of an estimate that says nothing of what is ahead now."""
+MEASURED = UNSURE | {Status.NOT_CLOSING, Status.CLOSING, Status.CONTACT}
+"""The statuses of an estimate that rests on a measurement of something."""
 
 
 class Estimate(NamedTuple):
@@ -74,6 +78,8 @@ class Estimate(NamedTuple):
         The 90 % interval of the closing speed, m/s; None when not known.
     status : Status or None
         What the TTC means; None when not known.
+    age : float
+        Time from the measurement that it rests on to its stamp, s. A tracker predicts through what a sensor repeats.
 
     Examples
     --------
@@ -89,11 +95,39 @@ class Estimate(NamedTuple):
     closing_speed: float = math.nan
     closing_speed_interval: tuple[float, float] | None = None
     status: Status | None = None
+    age: float = 0.0
 
     @property
     def saw_nothing(self) -> bool:
         """Whether the status is NO_DATA or INVALID: there is nothing to evaluate."""
         return self.status is Status.NO_DATA or self.status is Status.INVALID
+
+    def is_current(self, now: float, timeout: float) -> bool:
+        """Return whether it may say that nothing is in the way.
+
+        It may not while its tracker warms up, has lost its target, is stale or had too few points, nor when the
+        measurement that it rests on is too old. It may trigger all the same.
+
+        Parameters
+        ----------
+        now : float
+            The time, s.
+        timeout : float
+            The measurement may be this old, s.
+
+        Returns
+        -------
+        bool
+
+        Examples
+        --------
+        >>> from ttc_fast import Estimate, Status
+        >>> Estimate(12.0, ttc=9.0).is_current(12.1, 0.3)
+        True
+        >>> Estimate(12.0, ttc=9.0, status=Status.LOST).is_current(12.1, 0.3)
+        False
+        """
+        return self.status not in UNSURE and now - self.stamp + self.age <= timeout
 
     @classmethod
     def of(cls, tracked: TrackedTTC, stamp: float) -> Estimate:
@@ -130,6 +164,7 @@ class Estimate(NamedTuple):
                 tracked.closing_speed,
                 tracked.closing_speed_interval,
                 tracked.status,
+                tracked.age if tracked.status in MEASURED and tracked.age < math.inf else 0.0,
             )
         except AttributeError:
             raise TypeError(f"tracked must be what a tracker's update() returned, got {tracked!r}") from None
@@ -389,6 +424,8 @@ class Reason(IntEnum):
         The driver took over.
     CONTACT
         The vehicle is in contact, and neither its motion nor ``commanded`` says which way it will go.
+    UNSEEN
+        No sensor looks at a part of the path, or of the path that a braked vehicle would go on with.
 
     Examples
     --------
@@ -410,6 +447,7 @@ class Reason(IntEnum):
     NO_MOTION = 10
     OVERRIDE = 11
     CONTACT = 12
+    UNSEEN = 13
 
 
 class Counters(NamedTuple):

@@ -3,7 +3,7 @@
 use crate::macros::settings;
 use crate::scan::ScanTTC;
 use crate::scan_query::{Along, BeamQuery, MotionArguments, path_points};
-use crate::util::{type_name, value_error};
+use crate::util::{number, type_name, value_error};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use ttc_fast_core::scan;
@@ -207,6 +207,63 @@ impl ScanSweptPath {
                 self.scan.get().query_of(&along).per_beam(py, ranges, motion, out, status_out)
             }
         }
+    }
+
+    /// Return how wide the widest part of the path is at which no beam looks, m.
+    ///
+    /// It follows from mount, outline, angles and mask, and from the motion. The edge of the outline that leads is
+    /// divided into 32 strips. A strip is seen if a beam looks at the place on the vehicle's arc where the strip will
+    /// be at the time ``ahead``, or one or two lengths of the edge from here if that is farther, but no farther than a
+    /// quarter of a turn. A beam looks at its own direction and one increment to either side. Strips that move
+    /// backwards are not on the path.
+    ///
+    /// Parameters
+    /// ----------
+    /// speed, yaw_rate, lateral_speed : float
+    ///     The motion, as in ``ScanTTC.min``. The front leads when driving forward, the rear when reversing, and a side
+    ///     when ``lateral_speed`` is larger.
+    /// ahead : float
+    ///     How long before the vehicle gets there a place has to be seen, s, at least 0.
+    /// others : sequence of ScanSweptPath
+    ///     Other scanners of the vehicle: what one of them sees is seen.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     A width from 0 to the length of the edge that leads. It is 0 for a vehicle that stands or turns on the spot.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the motion is not finite or too fast, or ``ahead`` is not finite and at least 0.
+    /// TypeError
+    ///     If an argument is of the wrong type.
+    ///
+    /// Examples
+    /// --------
+    /// A scanner at the front sees nothing of the way back:
+    ///
+    /// >>> import ttc_fast
+    /// >>> scan = ttc_fast.ScanTTC(-2.35, 0.01, 471, mount=(0.25, 0.0, 0.0), outline=(-0.1, 0.4, -0.15, 0.15))
+    /// >>> path = ttc_fast.ScanSweptPath(scan)
+    /// >>> path.unseen(2.0, ahead=0.3), round(path.unseen(-2.0, ahead=0.3), 2)
+    /// (0.0, 0.3)
+    /// >>> rear = ttc_fast.ScanTTC(-0.5, 0.1, 11, mount=(-0.1, 0.0, 3.14), outline=(-0.1, 0.4, -0.15, 0.15))
+    /// >>> path.unseen(-2.0, ahead=0.3, others=[ttc_fast.ScanSweptPath(rear)])
+    /// 0.0
+    #[pyo3(signature = (speed, yaw_rate=None, lateral_speed=None, *, ahead, others=vec![]),
+           text_signature = "($self, speed, yaw_rate=0.0, lateral_speed=0.0, *, ahead, others=())")]
+    fn unseen(
+        &self,
+        speed: &Bound<'_, PyAny>,
+        yaw_rate: Option<&Bound<'_, PyAny>>,
+        lateral_speed: Option<&Bound<'_, PyAny>>,
+        ahead: &Bound<'_, PyAny>,
+        others: Vec<Bound<'_, ScanSweptPath>>,
+    ) -> PyResult<f64> {
+        let motion = MotionArguments { speed, yaw_rate, lateral_speed }.one()?;
+        let others = others.iter().map(|other| &other.get().path);
+        self.path.unseen(motion, number("ahead", ahead)?, others).map_err(value_error)
     }
 }
 

@@ -6,12 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.reference.arguments import duration, output
+from ttc_fast.reference.arguments import duration, finite, non_negative, output
 from ttc_fast.reference.path import LONGEST, Way, checked_path, ways
 from ttc_fast.reference.path.sweep import Sweep
 from ttc_fast.reference.scan import Nearest, NearestBatch, ScanTTC
+from ttc_fast.reference.scan.field_of_view import STRIPS, FieldOfView, leading_edge, longest_run
+from ttc_fast.reference.vehicle import Motion
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     Floats = NDArray[np.floating[Any]]
@@ -40,6 +44,7 @@ class ScanSweptPath:
         if scan._outline is None:
             raise ValueError("scan must have an outline, which is what sweeps")
         self._outline = checked_path(scan._outline)
+        self._view = FieldOfView(scan)
 
     @property
     def scan(self) -> ScanTTC:
@@ -92,6 +97,24 @@ class ScanSweptPath:
             if status_out is not None:
                 np.atleast_2d(status_out)[index] = status
         return out
+
+    def unseen(
+        self,
+        speed: Any,
+        yaw_rate: Any = 0.0,
+        lateral_speed: Any = 0.0,
+        *,
+        ahead: Any,
+        others: Sequence[ScanSweptPath] = (),
+    ) -> float:
+        """Return how wide the widest part of the path is at which no beam looks, m."""
+        motion = Motion(finite("speed", speed), finite("yaw_rate", yaw_rate), finite("lateral_speed", lateral_speed))
+        self._scan._closing(motion)
+        Sweep(self._outline, self._horizon, motion)
+        ahead = non_negative("ahead", ahead)
+        by_each = [path._view.unseen(self._outline, motion, ahead) for path in (self, *others)]
+        _, length, _ = leading_edge(self._outline, motion)
+        return length * longest_run(np.all(by_each, axis=0)) / STRIPS
 
     def _usable(self, ranges: Floats) -> NDArray[np.float64]:
         """Return the range of each beam to compute with, m; NaN where there is none."""

@@ -5,9 +5,11 @@
 //! vehicle's outline ends along them. Then scans arrive. [`readings`] says what a number in `ranges` means. [`search`]
 //! finds the beam with the least time, and computes exactly only the few beams that a [`bound`] does not rule out; with
 //! a [`vote`], every beam is computed and the vote decides. [`per_beam`] computes all beams, in the type of the ranges.
-//! [`swept`] asks which beam's point the moving outline hits first.
+//! [`swept`] asks which beam's point the moving outline hits first, and [`field_of_view`] which part of its path no beam
+//! looks at.
 
 mod bound;
+mod field_of_view;
 mod per_beam;
 mod readings;
 mod search;

@@ -1,10 +1,11 @@
 //! Which beam's point is hit first: the swept path of [`crate::path`] over the beams of a scanner.
 
+use super::field_of_view::{FieldOfView, widest};
 use super::readings::Rules;
 use super::tables::{ExactBeams, KernelTables, Tables};
 use super::{Nearest, Range, ScanTtc, View};
 use crate::column::{Column, ColumnMut, Source};
-use crate::error::Error;
+use crate::error::{Error, non_negative};
 use crate::hit::Hit;
 use crate::lanes::{Lanes, window};
 use crate::path::{Following, Frame, PlannedPath, Sweep, SweptPath, each, entering, least};
@@ -17,6 +18,7 @@ use crate::vehicle::Motion;
 pub struct ScanSweptPath {
     scan: ScanTtc,
     path: SweptPath,
+    view: FieldOfView,
 }
 
 impl ScanSweptPath {
@@ -28,7 +30,8 @@ impl ScanSweptPath {
         let outline =
             scan.settings.outline.ok_or_else(|| Error::new("scan", "must have an outline, which is what sweeps"))?;
         let path = SweptPath::new(outline, horizon, scan.level)?;
-        Ok(ScanSweptPath { scan, path })
+        let view = FieldOfView::new(&scan.settings, &scan.beams);
+        Ok(ScanSweptPath { scan, path, view })
     }
 
     /// The scanner.
@@ -145,6 +148,24 @@ impl ScanSweptPath {
             None => each(view.level, view.beams(ranges), &sweep, out, status_out),
         }
         Ok(())
+    }
+
+    /// Returns how wide the widest part of the path is at which no beam looks, neither of this scanner nor of others,
+    /// m. Each part has to be seen at the time `ahead`, s, before the vehicle gets there.
+    ///
+    /// # Errors
+    /// When the motion or the time makes no sense.
+    pub fn unseen<'a>(
+        &self,
+        motion: Motion,
+        ahead: f64,
+        others: impl IntoIterator<Item = &'a ScanSweptPath>,
+    ) -> Result<f64, Error> {
+        self.check_motion(motion)?;
+        let (outline, ahead) = (self.path.outline(), non_negative("ahead", ahead)?);
+        let unseen = |view: &FieldOfView| view.unseen(outline, motion, ahead);
+        let by_none = others.into_iter().fold(unseen(&self.view), |by_none, other| by_none & unseen(&other.view));
+        Ok(widest(by_none, outline, motion))
     }
 
     /// Checks a motion, as every function that takes one does.

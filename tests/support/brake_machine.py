@@ -1,0 +1,223 @@
+"""Random lives of brake controllers: frames, odometry, estimates, gaps, clocks set back, commands, overrides, restores.
+
+``BrakeMachine`` is a state machine of Hypothesis. It drives three controllers with the same inputs: ``plain`` never
+gets an estimate, ``informed`` does, and ``twin`` gets what ``informed`` gets and is saved and restored at any time.
+What must hold is checked after each update, against a model that knows what it has fed in.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
+
+from ttc_fast import BrakeController, Command, Estimate, Motion, RangeRate, Reason, ScanTTC, Status, SweptPath
+
+if TYPE_CHECKING:
+    from ttc_fast.brake import Decision
+
+CAR = (-0.1, 0.4, -0.15, 0.15)
+BEAMS = 48
+FRONT: dict[str, Any] = {"angle_min": -2.35, "angle_increment": 0.1, "beams": BEAMS, "mount": (0.25, 0.0, 0.0)}
+SCENES = ("free", "free", "far", "near", "near", "blind")
+"""What a frame shows: nothing, a wall 6 m or 0.3 m before the bumper, or nothing valid."""
+CLOUD_OF = {
+    "free": [(9.0, 5.0), (-9.0, 4.0)],
+    "far": [(6.4, 0.0), (-9.0, 4.0)],
+    "near": [(0.7, 0.0), (-9.0, 4.0)],
+    "blind": [(math.nan, 0.0)],
+}
+SPEEDS = st.sampled_from([0.0, 0.0, 0.02, 0.5, 2.0, 4.0, 4.0, -0.5, -2.0])
+MOTIONS = st.tuples(SPEEDS, st.sampled_from([0.0, 0.0, 0.5, -1.0])).map(lambda pair: Motion(*pair))
+ESTIMATES = st.fixed_dictionaries(
+    {
+        "ttc": st.sampled_from([0.3, 1.0, 2.0, 30.0, math.inf]),
+        "distance": st.sampled_from([math.nan, -0.1, 0.3, 5.0, 40.0]),
+        "closing_speed": st.sampled_from([math.nan, -1.0, 0.0, 0.5, 3.0]),
+        "status": st.sampled_from([None, *Status]),
+        "age": st.sampled_from([0.0, 0.0, 0.1, 0.6]),
+    }
+)
+STEPS = st.sampled_from([0.005, 0.025, 0.025, 0.025, 0.1, 0.2])
+
+
+def scan_of(scene: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return the ranges of a scene."""
+    angles = FRONT["angle_min"] + FRONT["angle_increment"] * np.arange(BEAMS)
+    wall = {"free": 20.0, "far": 6.15, "near": 0.45, "blind": math.nan}[scene]
+    return np.where(np.abs(angles) < 0.5, wall / np.cos(angles), math.nan if scene == "blind" else 20.0)
+
+
+class BrakeMachine(RuleBasedStateMachine):
+    """Three controllers, and what is known of what they were given."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.now = 100.0
+        self.newest = self.evaluated_at = self.motion_at = -math.inf
+        self.motion: Motion | None = None
+        self.unseen = False
+
+    @initialize(
+        kind=st.sampled_from(["scan", "scan", "cloud", "both", "rated", "estimates", "estimates"]),
+        when_blind=st.sampled_from([Command.BRAKE, Command.BRAKE, Command.WARN]),
+        votes=st.sampled_from([{}, {}, {"trigger": (1, 1), "release": (1, 1)}, {"trigger": (2, 3), "release": (2, 4)}]),
+        hold=st.sampled_from([0.0, 0.0, 0.5]),
+    )
+    def begin(self, kind: str, when_blind: Command, votes: dict[str, Any], hold: float) -> None:
+        """Make the controllers."""
+        scan = ScanTTC(**FRONT, range_max=30.0, outline=CAR)
+        self.kind = kind
+        self.settings: dict[str, Any] = {"when_blind": when_blind, "hold": hold, **votes}
+        if kind not in ("cloud", "estimates"):
+            self.settings["scan"] = scan
+        if kind in ("cloud", "both"):
+            self.settings["path"] = SweptPath(CAR)
+        self.plain, self.informed, self.twin = self.made(), self.made(), self.made()
+        self.timeout = self.plain.settings.sensor_timeout
+
+    def made(self) -> BrakeController:
+        """Return a new controller."""
+        rate = RangeRate(self.settings["scan"]) if self.kind == "rated" else None
+        return BrakeController(range_rate=rate, **self.settings)
+
+    @rule(
+        wait=STEPS,
+        late=st.sampled_from([0.0, 0.0, 0.02, 0.25, -0.05, -0.2]),
+        scene=st.sampled_from(SCENES),
+        as_cloud=st.booleans(),
+        motion=st.none() | MOTIONS,
+        estimate=st.none() | ESTIMATES,
+        commanded=st.none() | SPEEDS,
+        override=st.sampled_from([False, False, False, True]),
+        count=st.sampled_from([1, 1, 3, 6]),
+    )
+    def frames(self, wait: float, late: float, scene: str, as_cloud: bool, count: int, **more: Any) -> None:
+        """Give frames of one scene, one after the other."""
+        for _ in range(count):
+            self.now += wait
+            stamp = self.now - late
+            data: dict[str, Any] = {"stamp": stamp}
+            if self.kind == "estimates":
+                data = {}
+            elif self.kind == "cloud" or (self.kind == "both" and as_cloud):
+                data["points"] = np.array(CLOUD_OF[scene])
+            else:
+                data["ranges"] = scan_of(scene)
+            self.update(scene, stamp, data, **more)
+
+    @rule(wait=st.sampled_from([0.0, 0.05, 0.2, 0.6, 5.0]), override=st.booleans())
+    def wait(self, wait: float, override: bool) -> None:
+        """Let time pass; only the watchdog looks."""
+        self.now += wait
+        self.update(None, math.nan, {}, None, None, None, override)
+
+    @rule(back=st.sampled_from([0.05, 0.3, 2.0]))
+    def set_clock_back(self, back: float) -> None:
+        """Set the clock back."""
+        self.now -= back
+
+    @rule(how=st.sampled_from(["restore", "pickle", "copy", "refused", "itself"]))
+    def save(self, how: str) -> None:
+        """Save the twin and go on from that, or have it refuse a call."""
+        if how == "restore":
+            state, self.twin = self.twin.state(), self.made()
+            self.twin.restore(state)
+        elif how == "pickle":
+            self.twin = pickle.loads(pickle.dumps(self.twin))
+        elif how == "copy":
+            self.twin = copy.deepcopy(self.twin)
+        elif how == "itself":
+            self.twin.restore(self.twin.state())
+        else:
+            with pytest.raises(ValueError, match="finite"):
+                self.twin.update(self.now + 0.01, motion=Motion(math.nan), estimate=Estimate(self.now, 0.1))
+
+    def update(
+        self,
+        scene: str | None,
+        stamp: float,
+        data: dict[str, Any],
+        motion: Motion | None,
+        estimate: dict[str, Any] | None,
+        commanded: float | None,
+        override: bool,
+    ) -> None:
+        """Give all controllers an update, and check what must hold."""
+        more: dict[str, Any] = {"motion": motion, "commanded": commanded, "override": override}
+        known: dict[str, Any] = (
+            {} if estimate is None else {"estimate": Estimate(self.now if scene is None else stamp, **estimate)}
+        )
+        were_on = self.plain.state()["brake"]["on"], on(self.informed)
+        plain = self.plain.update(self.now, **data, **more, **(known if self.kind == "estimates" else {}))
+        informed = self.informed.update(self.now, **data, **more, **known)
+        twin = self.twin.update(self.now, **data, **more, **known)
+        assert repr(twin) == repr(informed), "the same inputs, and saving at any time, give the same bits"
+        assert repr(self.twin.state()) == repr(self.informed.state())
+        assert informed.command >= plain.command, "an estimate brakes less than none"
+        self.learn(scene, stamp, motion, plain, estimate)
+        for decision, controller, was_on in zip((plain, informed), (self.plain, self.informed), were_on, strict=True):
+            if not override:
+                self.check_darkness(decision)
+            if was_on and not on(controller):
+                self.check_release(decision, scene, commanded, estimate)
+
+    def learn(
+        self,
+        scene: str | None,
+        stamp: float,
+        motion: Motion | None,
+        decision: Decision,
+        estimate: dict[str, Any] | None,
+    ) -> None:
+        """Keep in mind what the controllers were given."""
+        if motion is not None and self.motion_at <= self.now:
+            self.motion, self.motion_at = motion, self.now
+        if scene is None or decision.status is None or not self.newest < stamp <= self.now + 0.1:
+            return
+        self.newest = stamp
+        fresh = -0.1 <= self.now - self.motion_at <= 0.5
+        if self.kind == "estimates":
+            assert estimate is not None
+            unknown = estimate["status"] in (Status.WARMING_UP, Status.STALE) and estimate["ttc"] == math.inf
+            nothing = estimate["status"] in (Status.NO_DATA, Status.INVALID)
+            evaluated = not nothing and (not unknown or estimate["distance"] <= 0.0)
+        else:
+            evaluated = scene != "blind" and (fresh or (self.kind == "rated" and decision.threats is not None))
+        if evaluated:
+            self.evaluated_at = stamp
+            back = fresh and self.motion is not None and self.motion.speed < -0.05
+            self.unseen = back and self.kind in ("scan", "rated")
+
+    def check_darkness(self, decision: Decision) -> None:
+        """Check that it does not go on where it does not see."""
+        seen = self.now - self.evaluated_at <= self.timeout and self.newest <= self.now + 0.1
+        if not seen or self.unseen:
+            assert decision.command is not Command.NONE, "it goes on in the dark"
+
+    def check_release(
+        self, decision: Decision, scene: str | None, commanded: float | None, estimate: dict[str, Any] | None
+    ) -> None:
+        """Check that the frame in which a brake was let go is a clear one."""
+        assert scene is not None, "it let go without a frame"
+        assert scene != "blind" or self.kind == "estimates", "it let go in a blind frame"
+        assert not decision.value < decision.threshold, "it let go in a frame that triggers"
+        assert decision.reason is not Reason.UNSEEN or self.settings["when_blind"] is Command.WARN
+        if estimate is not None and self.kind == "estimates":
+            unsure = estimate["status"] in (Status.TOO_FEW, Status.WARMING_UP, Status.LOST, Status.STALE)
+            assert not unsure, "an estimate that says nothing let go"
+            assert estimate["age"] < self.timeout, "an old measurement let go"
+        if scene == "near" and self.motion is not None and self.kind in ("scan", "cloud"):
+            continued = commanded if commanded is not None else self.motion.speed
+            assert continued < 2.0, "it let go for what it would hit"
+
+
+def on(controller: BrakeController) -> bool:
+    """Return whether a controller brakes."""
+    return bool(controller._state.braking)
