@@ -149,6 +149,20 @@ def test_nothing_else_in_the_gate_is_clear_once_the_vehicle_is_known(module: Any
 
 
 @every_module
+def test_what_came_as_near_as_the_bonnet_reaches_is_never_clear_afterwards(module: Any) -> None:
+    """A car ahead stops 2 m away, which is less than the tracker looks past; then it drives off."""
+    tracker = module.CloudTracker(FROM_THE_SENSOR)
+    stopping = lambda frame: max(12.0 - 0.4 * frame, 2.0)  # noqa: E731
+    assert {seen.status for seen, _ in drive(tracker, stopping, frames=23)[8:]} == {Status.CLOSING}
+    hidden = drive(tracker, stopping, frames=40, begin=23)
+    assert tracker.own_vehicle is not None
+    assert {seen.status for seen, _ in hidden[2:]} == {Status.LOST}
+    drives_off = lambda frame: 2.0 + 0.2 * (frame - 63)  # noqa: E731
+    statuses = [seen.status for seen, _ in drive(tracker, drives_off, frames=20, begin=63)]
+    assert statuses[-1] is Status.NOT_CLOSING
+
+
+@every_module
 def test_where_nothing_moves_nothing_is_the_vehicle(module: Any) -> None:
     for seen, own in drive(module.CloudTracker(FROM_THE_SENSOR), closing(0.0)):
         assert own is None

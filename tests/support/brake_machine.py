@@ -139,6 +139,11 @@ class BrakeMachine(RuleBasedStateMachine):
             with pytest.raises(ValueError, match="finite"):
                 self.twin.update(self.now + 0.01, motion=Motion(math.nan), estimate=Estimate(self.now, 0.1))
 
+    def teardown(self) -> None:
+        """Compare what twins remember in the end."""
+        if hasattr(self, "twin"):
+            assert repr(self.twin.state()) == repr(self.informed.state())
+
     def update(
         self,
         scene: str | None,
@@ -154,12 +159,11 @@ class BrakeMachine(RuleBasedStateMachine):
         known: dict[str, Any] = (
             {} if estimate is None else {"estimate": Estimate(self.now if scene is None else stamp, **estimate)}
         )
-        were_on = self.plain.state()["brake"]["on"], on(self.informed)
+        were_on = on(self.plain), on(self.informed)
         plain = self.plain.update(self.now, **data, **more, **(known if self.kind == "estimates" else {}))
         informed = self.informed.update(self.now, **data, **more, **known)
         twin = self.twin.update(self.now, **data, **more, **known)
         assert repr(twin) == repr(informed), "the same inputs, and saving at any time, give the same bits"
-        assert repr(self.twin.state()) == repr(self.informed.state())
         assert informed.command >= plain.command, "an estimate brakes less than none"
         self.learn(scene, stamp, motion, plain, estimate)
         for decision, controller, was_on in zip((plain, informed), (self.plain, self.informed), were_on, strict=True):

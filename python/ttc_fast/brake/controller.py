@@ -21,11 +21,9 @@ from ttc_fast.brake.decide import decide, watchdog
 from ttc_fast.brake.settings import BETWEEN_BEAMS, BrakeSettings
 from ttc_fast.brake.state import (
     CLOCK_TOLERANCE,
-    HISTORY,
     Brake,
     ControllerState,
     NOfM,
-    Vote,
     checked_commanded,
     checked_estimate,
     checked_motion,
@@ -47,7 +45,6 @@ NO_DATA, INVALID, WARMING_UP, CONTACT = Status.NO_DATA, Status.INVALID, Status.W
 CLASS, VERSION = "BrakeController", 2
 SMOOTHING = 0.25
 """The weight of the newest time between two frames in the usual one."""
-NEITHER = Vote(False, False, STANDING)
 
 Newest = tuple["Motion | None", float, "Estimate | None"]
 """The newest odometry, its stamp, and the newest estimate."""
@@ -65,10 +62,12 @@ class Assessed:
         The most urgent criterion; None where the frame cannot be evaluated.
     evaluation : Evaluation
         The evaluation by that criterion.
-    vote : Vote
-        The vote of the frame.
-    vote_without_estimates : Vote or None
-        The vote that it would have without the estimate; None where that is the same.
+    triggers, clear : bool
+        The votes of the frame on braking and on release.
+    motion : Motion or None
+        The motion that it was evaluated for.
+    without_estimates : Assessed or None
+        What it would have come to without the estimate; None where no estimate has ever come.
     rests_in_contact : bool
         Whether something is inside the outline, and neither motion nor command says which way it will go.
     unseen : bool
@@ -81,8 +80,10 @@ class Assessed:
     threats: Threats | None = None
     criterion: Criterion | None = None
     evaluation: Evaluation = NOTHING
-    vote: Vote = NEITHER
-    vote_without_estimates: Vote | None = None
+    triggers: bool = False
+    clear: bool = False
+    motion: Motion | None = None
+    without_estimates: Assessed | None = None
     rests_in_contact: bool = False
     unseen: bool = False
     looks: int | None = None
@@ -368,11 +369,7 @@ class BrakeController:
             if unsafe is not None and settings.when_blind == BRAKE:
                 for brake in state.brakes:
                     brake.brake(now, state.motion or STANDING)
-            _, counts = self._trigger.quorum(state.period)
-            triggered = (state.brake.trigger_votes & counts).bit_count()
-            _, counts = self._release.quorum(state.period)
-            clear = (state.brake.release_votes & counts).bit_count()
-            return decide(state, settings, now, unsafe, override, assessed.status, assessed.threats, triggered, clear)
+            return decide(state, settings, now, unsafe, override, assessed.status, assessed.threats)
 
     def _receive(
         self,
@@ -444,7 +441,7 @@ class BrakeController:
                 other, seen = frame, threats
                 if frame.estimate is not None:
                     other, seen = replace(frame, estimate=None), threats._replace(estimate=None, estimate_is_sure=False)
-                assessed.vote_without_estimates = self._evaluate(other, seen, without or state.brake, unseen).vote
+                assessed.without_estimates = self._evaluate(other, seen, without or state.brake, unseen)
         if assessment.range_rate is not None:
             assessment.take_up(frame)
         return assessed
@@ -470,9 +467,10 @@ class BrakeController:
             if continued is not None:
                 clear, continues_unseen = self._would_be_clear(frame, continued)
                 unseen = unseen or continues_unseen
-        motion = motion or self._state.motion or STANDING
-        vote = Vote(triggers, clear, motion)
-        return Assessed(threats.status, threats, criterion, evaluation, vote, None, rests_in_contact, unseen)
+        motion = motion or self._state.motion
+        return Assessed(
+            threats.status, threats, criterion, evaluation, triggers, clear, motion, None, rests_in_contact, unseen
+        )
 
     def _vote(self, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
         """Remember what came, count the two votes of a frame, and begin or end braking."""
@@ -494,8 +492,9 @@ class BrakeController:
             elif frame.points is not None:
                 state.cloud_at = stamp
         if assessed.criterion is None:  # a frame that cannot be evaluated is not clear
+            _, counts = self._release.quorum(state.period)
             for brake in state.brakes:
-                brake.release_votes = brake.release_votes << 1 & HISTORY
+                brake.release_votes = brake.release_votes << 1 & counts
             return
         self._keep_time(stamp)
         if assessed.looks is not None:
@@ -503,12 +502,14 @@ class BrakeController:
         state.criterion, state.evaluation = assessed.criterion, assessed.evaluation
         state.rests_in_contact, state.unseen = assessed.rests_in_contact, assessed.unseen
         trigger, release = self._trigger.quorum(state.period), self._release.quorum(state.period)
-        if assessed.vote_without_estimates is not None:
+        now, hold, without = frame.now, self._settings.hold, assessed.without_estimates
+        if without is not None:
             if state.brake_without_estimates is None:
                 state.brake_without_estimates = replace(state.brake)
-            vote = assessed.vote_without_estimates
-            state.brake_without_estimates.vote(vote, frame.now, trigger, release, self._settings.hold)
-        state.brake.vote(assessed.vote, frame.now, trigger, release, self._settings.hold)
+            state.brake_without_estimates.vote(
+                now, without.triggers, without.clear, without.motion, trigger, release, hold
+            )
+        state.brake.vote(now, assessed.triggers, assessed.clear, assessed.motion, trigger, release, hold)
 
     def _keep_time(self, stamp: float) -> None:
         """Learn how often a frame comes. After a gap, the votes on release begin anew."""

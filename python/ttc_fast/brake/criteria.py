@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ttc_fast._core import rss_longitudinal_distance, stopping_distance
 from ttc_fast._settings import Number, check_fields, setting
-from ttc_fast.brake.types import NOTHING, Criterion, Evaluation, Needs
+from ttc_fast.brake.types import NOTHING, Criterion, Evaluation, Needs, new
 
 if TYPE_CHECKING:
     from ttc_fast.brake.types import Threat, Threats
@@ -94,7 +94,7 @@ class SweptPathThreshold(TtcThreshold):
 
     def evaluate(self, threats: Threats) -> Evaluation:
         threat = threats.path or threats.beams
-        return NOTHING if threat is None else Evaluation(threat.ttc, self.threshold, threat)
+        return NOTHING if threat is None else new(Evaluation, (threat.ttc, self.threshold, threat))
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ class StoppingDistance(Criterion):
             return NOTHING
         closing = threat.closing_speed if threat.closing_speed > 0.0 else 0.0
         needed = stopping_distance(closing, deceleration=self.deceleration, reaction_time=self.reaction_time)
-        return Evaluation(threat.clearance, needed + self.margin, threat)
+        return new(Evaluation, (threat.clearance, needed + self.margin, threat))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ttc_fast.brake.state import CLOCK_TOLERANCE, is_fresh
-from ttc_fast.brake.types import Command, Counters, Decision, Reason
+from ttc_fast.brake.types import Command, Counters, Decision, Reason, new
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -41,8 +41,6 @@ def decide(
     override: bool,
     status: Status | None,
     threats: Threats | None,
-    triggered: int,
-    clear: int,
 ) -> Decision:
     """Return the decision.
 
@@ -60,8 +58,6 @@ def decide(
         Whether the driver took over.
     status, threats
         Status and threats of the frame that came, as ``Decision`` has them.
-    triggered, clear : int
-        The votes on braking and on release, as ``Counters`` has them.
     """
     braking = state.braking
     if override:
@@ -73,7 +69,9 @@ def decide(
     else:
         command, reason = why_not_braking(state, settings)
     value, threshold, threat = state.evaluation
-    counters = Counters(state.frames, state.ignored, state.blind, triggered, clear)
+    brake = state.brake
+    votes = brake.trigger_votes.bit_count(), brake.release_votes.bit_count()
+    counters = new(Counters, (state.frames, state.ignored, state.blind, *votes))
     deceleration, limit = 0.0, math.inf
     if command is BRAKE:
         deceleration, limit = settings.deceleration, 0.0
@@ -81,20 +79,8 @@ def decide(
         limit = speed_limit(state)
         if reason is UNSEEN and settings.creep_speed > 0.0:
             limit = min(limit, settings.creep_speed)
-    return Decision(
-        command,
-        reason,
-        deceleration,
-        limit,
-        state.criterion,
-        value,
-        threshold,
-        threat,
-        now,
-        counters,
-        status,
-        threats,
-    )
+    evaluated = state.criterion, value, threshold, threat
+    return new(Decision, (command, reason, deceleration, limit, *evaluated, now, counters, status, threats))
 
 
 def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> Reason:

@@ -6,9 +6,10 @@ saved.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ttc_fast._validate import finite, interval, not_nan, number, votes
 from ttc_fast.brake.types import NOTHING, STANDING, Estimate, Motion
@@ -21,22 +22,8 @@ CLOCK_TOLERANCE = 0.1
 """A stamp may lie this far in the future, s, because two clocks are never the same."""
 
 
-HISTORY = (1 << 64) - 1
-"""The bits of the votes that are remembered."""
-
 Quorum = tuple[int, int]
 """How many votes are needed, and the bits of the frames that count."""
-
-
-class Vote(NamedTuple):
-    """What a frame says about a brake."""
-
-    triggers: bool
-    """Whether it has a cause to brake."""
-    clear: bool
-    """Whether it is clear, now and for what the vehicle would go on with."""
-    motion: Motion
-    """The motion that has the cause."""
 
 
 @dataclass(slots=True)
@@ -60,22 +47,32 @@ class Brake:
             self.braked_from = motion
         self.on, self.triggered_at, self.release_votes = True, now, 0
 
-    def vote(self, frame: Vote, now: float, trigger: Quorum, release: Quorum, hold: float) -> None:
-        """Count the two votes of a frame, and begin or end braking."""
-        triggers, clear, motion = frame
-        lasts = self.on or self.trigger_votes & trigger[1]
-        self.trigger_votes = (self.trigger_votes << 1 | triggers) & HISTORY
-        self.release_votes = (self.release_votes << 1 | clear) & HISTORY
+    def vote(
+        self,
+        now: float,
+        triggers: bool,
+        clear: bool,
+        motion: Motion | None,
+        trigger: Quorum,
+        release: Quorum,
+        hold: float,
+    ) -> None:
+        """Count the two votes of a frame, and begin or end braking. ``motion`` is what it was evaluated for."""
+        needed, counts = trigger
+        before = self.trigger_votes & counts
+        self.trigger_votes = votes = (before << 1 | triggers) & counts
+        self.release_votes = (self.release_votes << 1 | clear) & release[1]
         if triggers:
-            if not lasts or motion.over_ground > self.braked_from.over_ground:
+            motion = motion or STANDING
+            if not (self.on or before) or motion.over_ground > self.braked_from.over_ground:
                 self.braked_from = motion
-            if self.on or reached(self.trigger_votes, trigger):
+            if self.on or votes.bit_count() >= needed:
                 self.on, self.triggered_at, self.release_votes = True, now, 0
         elif self.on:
-            if not any(self.braked_from[:3]):  # it began to brake when no motion was known
+            if motion is not None and not any(self.braked_from[:3]):  # it began to brake when no motion was known
                 self.braked_from = motion
             # The votes of older frames let nothing go that this one shows.
-            if clear and now - self.triggered_at >= hold and reached(self.release_votes, release):
+            if clear and now - self.triggered_at >= hold and self.release_votes.bit_count() >= release[0]:
                 self.on, self.trigger_votes = False, 0
 
 
@@ -166,12 +163,6 @@ def is_fresh(stamp: float, now: float, timeout: float) -> bool:
     return -CLOCK_TOLERANCE <= now - stamp <= timeout
 
 
-def reached(votes: int, quorum: Quorum) -> bool:
-    """Return whether enough of the votes that count are yes."""
-    needed, counts = quorum
-    return (votes & counts).bit_count() >= needed
-
-
 class NOfM:
     """A vote of at least N of the last M frames, or of a share of the frames of the last seconds.
 
@@ -192,14 +183,19 @@ class NOfM:
         if isinstance(first, int) and isinstance(second, int):
             self._quorums = [(first, (1 << second) - 1)]
         else:
-            share, self._seconds = first, second
-            frames = [max(frames, 2) for frames in range(65)]
-            self._quorums = [(max(math.ceil(share * each - 1e-9), 2), (1 << each) - 1) for each in frames]
+            self._seconds, self._quorums = second, shares(first)
 
     def quorum(self, period: float) -> Quorum:
         """Return how many votes are needed, and which count, where a frame comes every ``period`` seconds."""
         frames = self._seconds / period + 0.5
         return self._quorums[int(frames) if frames < 64.0 else 64]
+
+
+@functools.cache
+def shares(share: float) -> list[Quorum]:
+    """Return the quorum of each number of frames up to 64; two frames at least count, and have to agree."""
+    frames = [max(frames, 2) for frames in range(65)]
+    return [(max(math.ceil(share * each - 1e-9), 2), (1 << each) - 1) for each in frames]
 
 
 def checked_motion(argument: str, value: Any) -> Motion:

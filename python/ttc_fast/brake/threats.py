@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
-from ttc_fast.brake.types import STANDING, Needs, Source, Threat, Threats
+from ttc_fast.brake.types import STANDING, Needs, Source, Threat, Threats, new
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ class ThreatAssessment:
                 beam = seen.beam
                 path = path_threat(seen, beam, seen.angle, seen.range, over_ground, self._age(frame, beam))
         estimate, is_sure = (None, False) if frame.estimate is None else estimated_threat(frame)
-        return Threats(over_ground, beams, path, estimate, is_sure, seen.counts.valid, seen.status, True, arc)
+        return new(Threats, (over_ground, beams, path, estimate, is_sure, seen.counts.valid, seen.status, True, arc))
 
     def _assess_estimate(self, frame: Frame) -> Threats:
         """Return the threats of a frame that is an estimate."""
@@ -278,7 +278,8 @@ def path_threat(seen: Any, index: int, angle: float, distance: float, speed: flo
     """Return what the outline touches first, at the time of the decision; its clearance is measured along the way."""
     ttc = seen.ttc - age
     ttc = ttc if ttc > 0.0 else 0.0
-    return Threat(PATH, ttc, seen.status, index, angle, distance, speed * ttc if speed > 0.0 else math.inf, speed, age)
+    clearance = speed * ttc if speed > 0.0 else math.inf
+    return new(Threat, (PATH, ttc, seen.status, index, angle, distance, clearance, speed, age))
 
 
 def estimated_threat(frame: Frame) -> tuple[Threat | None, bool]:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 NARROW = 0.1
 """An unseen strip of the path may be this wide, m, and a third of the shorter side of the outline: nobody fits in."""
 THIRD = 1.0 / 3.0
+SEEN = False, None
+"""All of the path is seen."""
 PROBE = 1e4
 """At this speed the path of a straight motion is as long as any sensor sees, m/s."""
 
@@ -78,12 +80,20 @@ class FieldsOfView:
         """Return whether nothing looks at a part of the path, and the edge that a cloud turned out to look at."""
         scan_path, views = self._assessment.scan_path, self._views
         if motion is None or not (scan_path is not None or views):
-            return False, None
+            return SEEN
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
         if over_ground <= self._slow:
-            return False, None
-        ahead, oldest = self._reaction_time + over_ground / (2.0 * self._deceleration), frame.now - self._timeout
+            return SEEN
+        ahead = self._reaction_time + over_ground / (2.0 * self._deceleration)
+        if (  # by far the most frequent case
+            frame.ranges is not None
+            and scan_path is not None
+            and not views
+            and scan_path.unseen(speed, yaw_rate, lateral_speed, ahead=ahead) <= self._narrow
+        ):
+            return SEEN
+        oldest = frame.now - self._timeout
         has_cloud = frame.points is not None or state.cloud_at >= oldest
         looks: list[ScanSweptPath] = []
         if scan_path is not None and (frame.ranges is not None or state.scan_at >= oldest):

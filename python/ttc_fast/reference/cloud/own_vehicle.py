@@ -33,6 +33,10 @@ WORLD_MOVES = 0.3
 """What is beyond has to move by this, m."""
 LONG_ENOUGH = 0.5
 """The near body has to keep its distance for this, s."""
+COMES_OUT = 1.0
+"""A body that is seen up to this far beyond the reach has come out of it, m."""
+UNSEEN = frozenset({Status.LOST, Status.CLEAR, Status.NO_DATA, Status.STALE, Status.INVALID})
+"""The statuses of what is beyond in which nothing is seen now."""
 GONE = 1.0
 """A still body that was not seen for longer than this is forgotten, s."""
 
@@ -53,11 +57,13 @@ class StillBody:
     """The way that what is beyond has moved meanwhile, m."""
     is_own: bool = False
     """Whether it is the vehicle itself."""
+    hides: bool = False
+    """Whether another body came so near that it may be between this one and the end of the reach."""
 
     def after(self, near: TrackedTTC, distance: float | None, beyond: TrackedTTC, stamp: float) -> StillBody | None:
         """Return what is known after another frame; None if the body is gone, or something nearer is there."""
         world_moved = self.world_moved + _moved(beyond) * (stamp - self.stamp)
-        now = replace(self, stamp=stamp, world_moved=world_moved)
+        now = replace(self, stamp=stamp, world_moved=world_moved, hides=self._hides_after(beyond))
         gone = stamp - self.seen > GONE
         if distance is None:
             return None if gone else now
@@ -68,6 +74,12 @@ class StillBody:
         stands = abs(near.closing_speed) <= max(_half(near.closing_speed_interval), STANDS)
         own = stands and world_moved >= WORLD_MOVES and stamp - self.since >= LONG_ENOUGH
         return replace(now, seen=stamp, is_own=self.is_own or own)
+
+    def _hides_after(self, beyond: TrackedTTC) -> bool:
+        """Return whether a body may be hidden after another frame: it came to the end of the reach, and not out."""
+        if beyond.distance <= REACH + KEEPS:
+            return True
+        return self.hides and (beyond.status in UNSEEN or beyond.distance > REACH + COMES_OUT)
 
 
 @shows_settings("gate", "estimator", "method", "front_offset", "jump", "max_gap", "min_closing_speed")
@@ -125,14 +137,19 @@ class CloudTracker:
                 self._still = self._still.after(seen, distance, farther, stamp)
             elif distance is not None and seen.closing_speed_interval is not None:
                 self._still = StillBody(distance, stamp, stamp, stamp)
-        return seen if self.own_vehicle is None else farther
+        if self.own_vehicle is None:
+            return seen
+        hides = self._still is not None and self._still.hides and front_offset <= 0
+        if hides and farther.status in (Status.CLEAR, Status.NOT_CLOSING):
+            return replace(farther, status=Status.LOST)
+        return farther
 
     def state(self) -> dict[str, Any]:
         """Return what the tracker remembers, as the kernel's does: either takes up the other's state."""
         still = None if self._still is None else asdict(self._still)
         beyond = BodyTracker(**self._settings) if self._beyond is None else self._beyond
         memory = {**self._nearest.state(), "still": still, "beyond": beyond.state()}
-        return {"class": "CloudTracker", "version": 3, **memory}
+        return {"class": "CloudTracker", "version": 4, **memory}
 
     def reset(self) -> None:
         """Forget everything."""

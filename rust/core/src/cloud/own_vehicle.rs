@@ -5,6 +5,9 @@
 //! something is as near as the vehicle may reach, what is beyond that reach is followed as well. The vehicle keeps its
 //! distance while what is beyond moves. Then the answer is about what is beyond, until the near body moves too: a car
 //! that stood close ahead is the target again as soon as it is [`KEEPS`] away from where it was.
+//!
+//! What is between the near body and the end of the reach is not seen then. A body that comes to the end of the reach
+//! may be there afterwards, and nothing is clear until one is seen to come out again, or the near body moves.
 
 use super::gate::Gate;
 use super::tracker::{BodyTracker, CloudSettings, CloudTrack};
@@ -30,6 +33,8 @@ const NEARER: f64 = 0.3;
 const WORLD_MOVES: f64 = 0.3;
 /// ... and the near body has to keep its distance for this, s.
 const LONG_ENOUGH: f64 = 0.5;
+/// A body that is seen up to this far beyond the reach has come out of it, m.
+const COMES_OUT: f64 = 1.0;
 /// A still body that was not seen for longer than this is forgotten, s.
 const GONE: f64 = 1.0;
 
@@ -48,17 +53,19 @@ pub struct StillBody {
     pub world_moved: f64,
     /// Whether it is the vehicle itself.
     pub is_own: bool,
+    /// Whether another body came so near that it may be between this one and the end of the reach.
+    pub hides: bool,
 }
 
 impl StillBody {
     fn new(distance: f64, stamp: f64) -> Self {
-        StillBody { distance, since: stamp, seen: stamp, stamp, world_moved: 0.0, is_own: false }
+        StillBody { distance, since: stamp, seen: stamp, stamp, world_moved: 0.0, is_own: false, hides: false }
     }
 
     /// What is known of the body after another frame: of the near body, `distance` from the sensor, and of what is
     /// beyond. `None` if it is gone, or something nearer is there.
     fn after(self, near: &TrackedTtc, distance: Option<f64>, beyond: &TrackedTtc, stamp: f64) -> Option<Self> {
-        let mut now = StillBody { stamp, ..self };
+        let mut now = StillBody { stamp, hides: self.hides_after(beyond), ..self };
         now.world_moved += moved(beyond) * (stamp - self.stamp);
         let Some(distance) = distance else { return (stamp - self.seen <= GONE).then_some(now) };
         let Some([low, high]) = near.closing_speed_interval else {
@@ -72,6 +79,15 @@ impl StillBody {
         let stands = near.closing_speed.abs() <= ((high - low) / 2.0).max(STANDS);
         now.is_own |= stands && now.world_moved >= WORLD_MOVES && stamp - self.since >= LONG_ENOUGH;
         Some(now)
+    }
+
+    /// Whether a body may be hidden after another frame, of which `beyond` says what is seen beyond the reach.
+    fn hides_after(&self, beyond: &TrackedTtc) -> bool {
+        match beyond.status {
+            _ if beyond.distance <= REACH + KEEPS => true,
+            Status::Lost | Status::Clear | Status::NoData | Status::Stale | Status::Invalid => self.hides,
+            _ => self.hides && beyond.distance > REACH + COMES_OUT,
+        }
     }
 
     fn check(&self, newest: Option<f64>) -> Result<(), Error> {
@@ -164,7 +180,12 @@ impl CloudTracker {
                 _ => None,
             };
         }
-        Ok(if self.own_vehicle().is_some() { farther } else { seen })
+        let hides = self.still.is_some_and(|still| still.hides) && settings.front_offset <= 0.0;
+        Ok(match farther.status {
+            _ if self.own_vehicle().is_none() => seen,
+            Status::Clear | Status::NotClosing if hides => TrackedTtc { status: Status::Lost, ..farther },
+            _ => farther,
+        })
     }
 
     /// How far ahead of the sensor the vehicle itself is seen in the gate, m, if it is.

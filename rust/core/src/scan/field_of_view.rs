@@ -86,10 +86,19 @@ impl FieldOfView {
         let (sin, cos, along, across) = arc(motion.yaw_rate, time);
         let (vx, vy) = (motion.speed, motion.lateral_speed);
         let moved = (vx * along - vy * across - self.mount.0, vx * across + vy * along - self.mount.1);
-        strips(|share| {
+        let place = |share| {
             let (x, y) = edge.at(share);
-            let (x, y) = (cos * x - sin * y + moved.0, sin * x + cos * y + moved.1);
-            self.gaps.iter().any(|[from, to]| from.0 * y - from.1 * x > 0.0 && x * to.1 - y * to.0 > 0.0)
+            (cos * x - sin * y + moved.0, sin * x + cos * y + moved.1)
+        };
+        let after = |from: &(f64, f64), (x, y): (f64, f64)| from.0 * y - from.1 * x > 0.0;
+        let before = |to: &(f64, f64), (x, y): (f64, f64)| x * to.1 - y * to.0 > 0.0;
+        // The edge is straight: what holds at neither of its ends holds nowhere.
+        let ends = [place(-1.0), place(1.0)];
+        let reaches = |[from, to]: &&[(f64, f64); 2]| {
+            ends.iter().any(|end| after(from, *end)) && ends.iter().any(|end| before(to, *end))
+        };
+        self.gaps.iter().filter(reaches).fold(0, |unseen, [from, to]| {
+            unseen | strips(|share| after(from, place(share)) && before(to, place(share)))
         })
     }
 }

@@ -237,7 +237,7 @@ settings! {
     }
 }
 
-const FORMAT: Format = Format { class: "CloudTracker", version: 3 };
+const FORMAT: Format = Format { class: "CloudTracker", version: 4 };
 
 /// Column, level, count, x and z of a cell.
 type Row = [f64; 5];
@@ -274,6 +274,7 @@ fn still_to<'py>(py: Python<'py>, it: &StillBody) -> PyResult<Bound<'py, PyDict>
     state.set_item("stamp", it.stamp)?;
     state.set_item("world_moved", it.world_moved)?;
     state.set_item("is_own", it.is_own)?;
+    state.set_item("hides", it.hides)?;
     Ok(state)
 }
 
@@ -285,6 +286,7 @@ fn still_from(state: &Bound<'_, PyDict>) -> PyResult<StillBody> {
         stamp: number(state, "stamp")?,
         world_moved: number(state, "world_moved")?,
         is_own: item(state, "is_own")?.extract()?,
+        hides: item(state, "hides")?.extract()?,
     })
 }
 
