@@ -12,7 +12,7 @@ import numpy as np
 
 from ttc_fast._core import ScanSweptPath, ScanTTC
 from ttc_fast.brake.criteria import StoppingDistance
-from ttc_fast.brake.types import Command
+from ttc_fast.brake.decision import Command
 from ttc_fast.status import Status
 
 try:

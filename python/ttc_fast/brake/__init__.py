@@ -9,21 +9,9 @@ from ttc_fast.brake.criteria import (
     StoppingDistance,
     SweptPathThreshold,
 )
+from ttc_fast.brake.decision import Command, Counters, Decision, Reason
 from ttc_fast.brake.settings import BrakeSettings
-from ttc_fast.brake.types import (
-    Command,
-    Counters,
-    Criterion,
-    Decision,
-    Estimate,
-    Evaluation,
-    Motion,
-    Needs,
-    Reason,
-    Source,
-    Threat,
-    Threats,
-)
+from ttc_fast.brake.types import Criterion, Estimate, Evaluation, Motion, Needs, Source, Threat, Threats
 
 __all__ = [
     "BrakeController",

@@ -18,6 +18,7 @@ from ttc_fast.brake.criteria import (
     SweptPathThreshold,
 )
 from ttc_fast.brake.decide import decide, watchdog
+from ttc_fast.brake.decision import Command
 from ttc_fast.brake.settings import BETWEEN_BEAMS, BrakeSettings
 from ttc_fast.brake.state import (
     CLOCK_TOLERANCE,
@@ -30,7 +31,7 @@ from ttc_fast.brake.state import (
     is_fresh,
 )
 from ttc_fast.brake.threats import Frame, ThreatAssessment
-from ttc_fast.brake.types import NOTHING, STANDING, Command, Motion
+from ttc_fast.brake.types import NOTHING, STANDING, Motion
 from ttc_fast.brake.unseen import FieldsOfView
 from ttc_fast.status import Status
 
@@ -38,7 +39,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ttc_fast import RangeRate, SweptPath
-    from ttc_fast.brake.types import Criterion, Decision, Estimate, Evaluation, Threats
+    from ttc_fast.brake.decision import Decision
+    from ttc_fast.brake.types import Criterion, Estimate, Evaluation, Threats
 
 BRAKE = Command.BRAKE  # a name is looked up faster than the member of an enumeration
 NO_DATA, INVALID, WARMING_UP, CONTACT = Status.NO_DATA, Status.INVALID, Status.WARMING_UP, Status.CONTACT

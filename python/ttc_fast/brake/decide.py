@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from ttc_fast.brake.decision import Command, Counters, Decision, Reason
 from ttc_fast.brake.state import CLOCK_TOLERANCE, is_fresh
-from ttc_fast.brake.types import Command, Counters, Decision, Reason, new
+from ttc_fast.brake.types import new
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:

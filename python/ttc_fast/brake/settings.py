@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ttc_fast._settings import Choice, Count, Number, Votes, check_fields, setting
-from ttc_fast.brake.types import Command
+from ttc_fast.brake.decision import Command
 
 SECONDS = Number(unit="s", least=0.0)
 BETWEEN_BEAMS = Number(unit="s", least=0.0, most=1.0)
