@@ -715,6 +715,21 @@ def test_from_a_ros_1_message(ttc: Any) -> None:
     assert scan.min(msg.ranges, 5.0) == 2.0
 
 
+def test_a_message_that_contradicts_itself(ttc: Any) -> None:
+    """Half of its readings are missing, or its increment is in degrees: nobody knows where its beams point."""
+    msg = laser_scan(np.full(11, 4.0))
+    msg.angle_increment = 0.5
+    with pytest.raises(ValueError, match="msg contradicts itself: its 11 readings end at"):
+        ttc.ScanTTC.from_message(msg)
+    assert ttc.ScanTTC.from_message(msg, angle_increment=math.pi / 10).beams == 11
+    for angle_max in (0.0, math.nan, math.pi / 2 - 2 * math.pi):
+        msg = laser_scan(np.full(3, 4.0))
+        msg.angle_max = angle_max
+        assert ttc.ScanTTC.from_message(msg).beams == 3
+    msg = laser_scan(np.full(4, 4.0))
+    assert ttc.ScanTTC.from_message(msg).beams == 4  # one too many
+
+
 def test_from_a_ros_2_message(ttc: Any) -> None:
     """rclpy hands out array.array, which is read in place as it is."""
     msg = laser_scan(array.array("f", [4.0, 10.0, 0.1]))

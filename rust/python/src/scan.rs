@@ -9,6 +9,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
+use std::f64::consts::TAU;
 use ttc_fast_core::scan::{LimitsPolicy, ScanTtc, Settings, TooClose};
 use ttc_fast_core::vehicle::{Mount, Outline};
 
@@ -154,7 +155,7 @@ impl ScanTTC {
     /// ----------
     /// msg : sensor_msgs/LaserScan, of ROS 1, ROS 2 or anything with the same fields
     ///     ``angle_min``, ``angle_increment``, ``range_min``, ``range_max`` and the length of ``ranges`` are taken from
-    ///     it.
+    ///     it. ``angle_max``, if it is neither missing nor 0, has to fit them to within one beam and full turns.
     /// **settings
     ///     The other settings of ``ScanTTC``; one that the message has too overrides the message.
     ///
@@ -167,7 +168,7 @@ impl ScanTTC {
     /// TypeError
     ///     If the message lacks a field.
     /// ValueError
-    ///     As in ``ScanTTC``.
+    ///     If ``angle_max`` contradicts the number of readings, and as in ``ScanTTC``.
     ///
     /// Examples
     /// --------
@@ -196,6 +197,11 @@ impl ScanTTC {
         let beams = field("ranges")?.len();
         let beams = beams.map_err(|_| PyTypeError::new_err("msg must have ranges with a length, one for each beam"))?;
         arguments.set_item("beams", beams)?;
+        let own = |name: &str| settings.is_none_or(|settings| !settings.contains(name).unwrap_or(false));
+        if ["angle_min", "angle_increment", "beams"].into_iter().all(own) && msg.hasattr("angle_max")? {
+            let number = |name: &str| crate::util::number(name, &field(name)?);
+            check_last_beam(number("angle_min")?, number("angle_increment")?, beams, number("angle_max")?)?;
+        }
         if let Some(settings) = settings {
             arguments.update(settings.as_mapping())?;
         }
@@ -410,4 +416,18 @@ fn bools(mask: &Bound<'_, PyAny>) -> PyResult<Vec<bool>> {
     mask.try_iter()
         .and_then(|values| values.map(|value| value?.extract::<bool>()).collect())
         .map_err(|_| PyTypeError::new_err("mask must be a sequence of bools, True where a beam is to be ignored"))
+}
+
+/// Refuse a message whose last reading is elsewhere than at its `angle_max`; one beam may be counted too many.
+fn check_last_beam(angle_min: f64, angle_increment: f64, beams: usize, angle_max: f64) -> PyResult<()> {
+    let last = angle_min + angle_increment * (beams.max(1) - 1) as f64;
+    let turns = ((last - angle_max) / TAU).round();
+    let apart = (last - angle_max - turns * TAU).abs();
+    if angle_max == 0.0 || !apart.is_finite() || apart < 2.0 * angle_increment.abs() {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!(
+        "msg contradicts itself: its {beams} readings end at {last:?} rad, and angle_max is {angle_max:?} rad; \
+         pass angle_min= or angle_increment= to say where its beams point"
+    )))
 }

@@ -14,6 +14,7 @@ from ttc_fast.reference.arguments import (
     checked_threads,
     floats,
     non_negative,
+    number,
     output,
     shows_settings,
 )
@@ -170,6 +171,13 @@ class ScanTTC:
             if not hasattr(msg, name):
                 raise TypeError(f"msg must be a sensor_msgs/LaserScan; it has no field {name}")
         message = {name: getattr(msg, name) for name in names} | {"beams": len(msg.ranges)}
+        angle_max = number("angle_max", getattr(msg, "angle_max", 0.0))
+        if angle_max != 0.0 and not settings.keys() & {"angle_min", "angle_increment", "beams"}:
+            last = msg.angle_min + msg.angle_increment * (max(len(msg.ranges), 1) - 1)
+            apart = abs(math.remainder(last - angle_max, math.tau)) if math.isfinite(last - angle_max) else math.nan
+            if apart >= 2.0 * abs(msg.angle_increment):
+                readings = f"its {len(msg.ranges)} readings end at {last} rad, and angle_max is {angle_max} rad"
+                raise ValueError(f"msg contradicts itself: {readings}")
         return cls(**(message | settings))
 
     @property
