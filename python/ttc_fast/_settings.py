@@ -96,7 +96,7 @@ class Flag(Kind):
     def read(self, name: str, value: Any) -> bool:
         """Return the value of a file, where it is called true or false."""
         if not isinstance(value, bool):
-            raise TypeError(f"{name} must be true or false, got {value!r}")
+            raise TypeError(f"{name} must be true or false, got {_validate.shown(value)}")
         return value
 
 

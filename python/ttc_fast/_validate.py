@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import operator
+import reprlib
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,18 @@ import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+SHOWN = reprlib.Repr()
+SHOWN.maxlevel, SHOWN.maxstring, SHOWN.maxother, SHOWN.maxlong = 3, 200, 200, 200
+SHOWN.maxlist = SHOWN.maxtuple = SHOWN.maxdict = SHOWN.maxset = SHOWN.maxfrozenset = 12
+
+
+def shown(value: Any) -> str:
+    """Return a value as a message shows it, cut where it is long: a few lines of YAML may stand for gigabytes."""
+    try:
+        return SHOWN.repr(value)
+    except Exception:  # such as a number of more digits than Python writes
+        return f"a value of type {type(value).__name__}"
 
 
 def number(argument: str, value: Any) -> float:
@@ -25,7 +38,7 @@ def number(argument: str, value: Any) -> float:
             raise TypeError
         return float(value)
     except (TypeError, ValueError, OverflowError):
-        raise TypeError(f"{argument} must be a number, got {value!r}") from None
+        raise TypeError(f"{argument} must be a number, got {shown(value)}") from None
 
 
 def finite(argument: str, value: Any) -> float:
@@ -79,7 +92,7 @@ def count(argument: str, value: Any, least: int = 0, most: int | None = None) ->
             raise TypeError
         result = operator.index(value)
     except TypeError:
-        raise TypeError(f"{argument} must be a whole number, got {value!r}") from None
+        raise TypeError(f"{argument} must be a whole number, got {shown(value)}") from None
     if most is not None and not least <= result <= most:
         raise ValueError(f"{argument} must be from {least} to {most}, got {value}")
     if result < least:
@@ -90,14 +103,14 @@ def count(argument: str, value: Any, least: int = 0, most: int | None = None) ->
 def flag(argument: str, value: Any) -> bool:
     """Return ``value`` as a bool if it is True or False."""
     if not isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{argument} must be True or False, got {value!r}")
+        raise TypeError(f"{argument} must be True or False, got {shown(value)}")
     return bool(value)
 
 
 def text(argument: str, value: Any) -> str:
     """Return ``value`` if it is a string."""
     if not isinstance(value, str):
-        raise TypeError(f"{argument} must be a text, got {value!r}")
+        raise TypeError(f"{argument} must be a text, got {shown(value)}")
     return value
 
 
@@ -107,7 +120,7 @@ def choice(argument: str, value: Any, options: Sequence[Any], reason: str = "") 
         *names, last = [
             f"{type(option).__name__}.{option.name}" if isinstance(option, Enum) else repr(option) for option in options
         ]
-        problem = f"{argument} must be {', '.join(names)} or {last}, got {value!r}"
+        problem = f"{argument} must be {', '.join(names)} or {last}, got {shown(value)}"
         raise ValueError(f"{problem}: {reason}" if reason else problem)
     return value
 
@@ -119,9 +132,9 @@ def interval(argument: str, value: Any) -> tuple[float, float] | None:
     try:
         low, high = map(float, value)
     except (TypeError, ValueError):
-        raise TypeError(f"{argument} must be None or two numbers, got {value!r}") from None
+        raise TypeError(f"{argument} must be None or two numbers, got {shown(value)}") from None
     if not low <= high:
-        raise ValueError(f"{argument} must be a lower end and an upper one, got {value!r}")
+        raise ValueError(f"{argument} must be a lower end and an upper one, got {shown(value)}")
     return low, high
 
 
@@ -132,9 +145,9 @@ def numbers(argument: str, value: Any, names: Sequence[str]) -> tuple[float, ...
             raise TypeError
         result = tuple(number(argument, each) for each in value)
     except TypeError:
-        raise TypeError(f"{argument} must be a list of numbers, got {value!r}") from None
+        raise TypeError(f"{argument} must be a list of numbers, got {shown(value)}") from None
     if len(result) != len(names):
-        raise ValueError(f"{argument} must be {len(names)} numbers ({', '.join(names)}), got {value!r}")
+        raise ValueError(f"{argument} must be {len(names)} numbers ({', '.join(names)}), got {shown(value)}")
     return result
 
 
@@ -143,13 +156,13 @@ def ordered(argument: str, numbers: tuple[float, ...], names: Sequence[str], ord
     pairs = [slice(i, i + 2) for i in range(0, len(names), 2)]
     if not all(low < high or (low == high and order == "<=") for low, high in (numbers[pair] for pair in pairs)):
         rule = " and ".join(f" {order} ".join(names[pair]) for pair in pairs)
-        raise ValueError(f"{argument} must be ({', '.join(names)}) with {rule}, got {numbers!r}")
+        raise ValueError(f"{argument} must be ({', '.join(names)}) with {rule}, got {shown(numbers)}")
 
 
 def texts(argument: str, value: Any, what: str = "texts") -> tuple[str, ...]:
     """Return ``value`` as a tuple if it is a list of strings; the message calls them ``what``."""
     if not isinstance(value, (list, tuple)) or not all(isinstance(each, str) for each in value):
-        raise TypeError(f"{argument} must be a list of {what}, got {value!r}")
+        raise TypeError(f"{argument} must be a list of {what}, got {shown(value)}")
     return tuple(value)
 
 
@@ -157,7 +170,7 @@ def flags(argument: str, value: Any) -> Any:
     """Return ``value`` if it is an array, or a list of True and False."""
     if not isinstance(value, np.ndarray):
         if not isinstance(value, (list, tuple)):
-            raise TypeError(f"{argument} must be a list of True and False, got {value!r}")
+            raise TypeError(f"{argument} must be a list of True and False, got {shown(value)}")
         for index, each in enumerate(value):
             flag(f"{argument}[{index}]", each)
     return value
@@ -171,7 +184,7 @@ def votes(argument: str, value: Any) -> tuple[int, int] | tuple[float, float]:
     """
     problem = (
         f"{argument} must be two integers (N, M), N of the last M frames, with 1 <= N <= M <= 64, or (share, seconds), "
-        f"a share above 0 and at most 1 of the frames of the last seconds, up to 60; got {value!r}"
+        f"a share above 0 and at most 1 of the frames of the last seconds, up to 60; got {shown(value)}"
     )
     try:
         first, second = (each if is_whole(each) else number(argument, each) for each in value)

@@ -33,6 +33,7 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import Gate, RangeRate, ScanTTC
 from ttc_fast._settings import GATE, RANGE_RATE, SCAN, hint, settings_of
+from ttc_fast._validate import shown
 from ttc_fast.brake import (
     BrakeController,
     EstimateThreshold,
@@ -56,6 +57,8 @@ CRITERIA = {
     for kind in (IttcThreshold, SweptPathThreshold, StoppingDistance, PresentArc, RssDistance, EstimateThreshold)
 }
 BRAKE = settings_of(BrakeSettings)
+LARGEST_FILE = 1_000_000
+"""Bytes of a file of settings; a larger one is something else."""
 PARTS = ("scan", "gate", "range_rate", "criteria", "brake")
 
 
@@ -148,7 +151,11 @@ class Configuration:
 def read_file(path: str | PathLike[str], read: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
     """Return what a reader makes of the text of a file; a ConfigurationError names the file."""
     try:
-        return read(Path(path).read_text(encoding="utf-8"))
+        with Path(path).open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise ValueError(f"has more than {LARGEST_FILE / 1e6:g} MB, which are no settings")
+        return read(content.decode("utf-8"))
     except OSError as error:
         raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
@@ -176,7 +183,7 @@ def _criteria(tables: Any) -> tuple[Criterion, ...]:
     if isinstance(tables, dict):
         raise ConfigurationError("criteria must be a list of tables: write [[criteria]] instead of [criteria]")
     if not isinstance(tables, (list, tuple)):
-        raise ConfigurationError(f"criteria must be a list of tables, got {tables!r}")
+        raise ConfigurationError(f"criteria must be a list of tables, got {shown(tables)}")
     return tuple(map(_criterion, tables))
 
 
@@ -184,7 +191,7 @@ def _criterion(table: Any) -> Criterion:
     name = table.get("kind") if isinstance(table, dict) else None
     if not isinstance(name, str) or name not in CRITERIA:
         meant = f": {hint(name, CRITERIA)}" if isinstance(name, str) else ""
-        raise ConfigurationError(f"criteria: kind must be one of {', '.join(CRITERIA)}; got {name!r}{meant}")
+        raise ConfigurationError(f"criteria: kind must be one of {', '.join(CRITERIA)}; got {shown(name)}{meant}")
     kind = CRITERIA[name]
     arguments = {key: value for key, value in table.items() if key != "kind"}
     criterion: Criterion = _made(name, kind, _read(f"criteria: {name}", arguments, settings_of(kind)))
@@ -194,7 +201,7 @@ def _criterion(table: Any) -> Criterion:
 def _read(part: str, table: Any, settings: Iterable[Setting]) -> dict[str, Any]:
     """Return the values of a table, each as its setting reads it."""
     if not isinstance(table, dict):
-        raise ConfigurationError(f"{part} must be a table of settings, got {table!r}")
+        raise ConfigurationError(f"{part} must be a table of settings, got {shown(table)}")
     by_name = {each.name: each for each in settings}
     for name in table:
         if name not in by_name:

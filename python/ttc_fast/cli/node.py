@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast._validate import shown
 from ttc_fast.cli.exits import MISSING_EXTRA, USAGE, CommandError
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.ros.files import read_parameters
@@ -93,7 +94,7 @@ def _dds_settings(table: Any) -> Any:
     """Make the settings that only DDS has from the table [dds]."""
     try:
         if not isinstance(table, dict):
-            raise TypeError(f"must be a table of settings, got {table!r}")
+            raise TypeError(f"must be a table of settings, got {shown(table)}")
         return import_module("ttc_fast.ros.dds.settings").DdsSettings.of(table)
     except (TypeError, ValueError) as error:
         raise ConfigurationError(f"dds: {error}") from None

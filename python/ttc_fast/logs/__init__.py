@@ -115,7 +115,7 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
 
 def _open_folder(path: Path, options: LogOptions) -> AnyLog:
     if is_bag_folder(path):
-        return open_bag(BagFolder(path), options)
+        return open_bag(BagFolder(path, options.unpacked), options)
     files = files_in(path)
     found = {next((form for form in CLOUDS if form.has(file)), None) for file in files} - {None}
     if len(found) > 1:
@@ -136,7 +136,9 @@ def _open_file(path: Path, options: LogOptions) -> AnyLog:
         raise LogError(path, f"is what macOS keeps beside {path.name[2:]}, and no log; leave it out")
     form = next((form for form in CLOUDS if form.has(path)), None)
     opener = next((opener for suffixes, opener in FILES.items() if name.endswith(suffixes)), None)
-    if (form or opener) and path.is_file() and not path.stat().st_size:
+    if not path.is_file():
+        raise LogError(path, "is neither a file nor a folder, and cannot be read as a log")
+    if (form or opener) and not path.stat().st_size:
         raise LogError(path, "is empty: nothing was recorded, or copied")
     if form is not None:
         return CloudFiles(path, form, options)
@@ -150,9 +152,9 @@ def _open_file(path: Path, options: LogOptions) -> AnyLog:
 
 FILES: dict[tuple[str, ...], Callable[[Path, LogOptions], AnyLog]] = {
     (".npz",): open_archive,
-    (".bag", ".bag.active"): lambda path, options: open_bag(Bag(path), options),
-    (".db3",): lambda path, options: open_bag(Database(path), options),
-    (".mcap",): lambda path, options: open_bag(McapFile(path), options),
+    (".bag", ".bag.active"): lambda path, options: open_bag(Bag(path, options.unpacked), options),
+    (".db3",): lambda path, options: open_bag(Database(path, options.unpacked), options),
+    (".mcap",): lambda path, options: open_bag(McapFile(path, options.unpacked), options),
     (".log", ".log.gz", ".clf", ".clf.gz"): CarmenLog,
     (".csv", ".tsv"): DistanceTable,
 }

@@ -175,7 +175,7 @@ class CarmenLog:
         """Read lines, as words."""
         number = 0
         try:
-            with open_text(self.path) as file:
+            with open_text(self.path, self._options.unpacked) as file:
                 while line := file.readline(LONGEST_LINE):
                     number += 1
                     words = line.split()

@@ -41,14 +41,14 @@ class CloudFormat:
     rate : float
         How many frames a second are assumed where nothing says when they were.
     read : function
-        Reads a file.
+        Reads a file, of which a compressed one may unpack to that many bytes.
     """
 
     name: str
     suffixes: tuple[str, ...]
     lidar: Lidar
     rate: float
-    read: Callable[[Path], NDArray[Any]]
+    read: Callable[[Path, int], NDArray[Any]]
 
     def has(self, path: Path) -> bool:
         """Whether the name is that of a frame."""
@@ -92,6 +92,7 @@ class CloudFiles:
         options.only(OPTIONS, path, form.name)
         self.path = path
         self._form = form
+        self._limit = options.unpacked
         self._errors = ReadErrors(path)
         series = self._chosen(options.topic) if path.is_dir() else Series("", [path], None)
         self._frames = series.frames
@@ -105,7 +106,7 @@ class CloudFiles:
 
     def __iter__(self) -> Iterator[CloudFrame]:
         for stamp, frame in zip(self._stamps, self._frames, strict=True):
-            yield CloudFrame(float(stamp), self._form.read(frame), self._speed)
+            yield CloudFrame(float(stamp), self._form.read(frame, self._limit), self._speed)
         self._errors.raise_if_any(self.frame_count)
 
     def _timed(self, series: Series, rate: float | None) -> tuple[NDArray[np.float64], str]:

@@ -8,9 +8,10 @@ import io
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
-from ttc_fast.logs.log import REPAIR, LogError
+from ttc_fast._settings import option
+from ttc_fast.logs.log import REPAIR, LogError, need
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,7 +20,9 @@ PACKED = (".zstd", ".zst", ".gz", ".bz2", ".xz", ".lz4", ".zip", ".7z")
 """The endings of compressed files."""
 DAMAGED_GZIP = (EOFError, zlib.error, gzip.BadGzipFile)
 """What a damaged file that ends in .gz raises."""
-SURELY_UNPACKED, MOST_RATIO = 1 << 28, 100  # bytes, and unpacked over packed
+UNPACKED, MOST_RATIO = 64_000_000, 20  # bytes, and unpacked over packed
+ARCHIVE = 4
+"""A file that holds a whole log may unpack to this many times the limit of a chunk, message or cloud."""
 
 
 BEGINNINGS = {
@@ -79,18 +82,59 @@ def unpacked_name(name: str) -> str:
     return name[: -len(Path(name).suffix)] if name.lower().endswith(PACKED) else name
 
 
-def most_unpacked(packed: int) -> int:
+def most_unpacked(packed: int, limit: int) -> int:
     """Return how many bytes this many may be unpacked to; what comes to more would fill the memory, and is no data."""
-    return max(SURELY_UNPACKED, MOST_RATIO * packed)
+    return max(limit, MOST_RATIO * packed)
 
 
-def read_content(path: Path) -> bytes:
+def too_much(packed: int, most: int) -> str:
+    """Say that something unpacks to more than it may, and how that is changed, for people.
+
+    Examples
+    --------
+    >>> from ttc_fast.logs.files import too_much
+    >>> too_much(600, 64_000_000)
+    '600 bytes unpack to more than 64 MB; if they are sound, raise the option max_unpacked'
+    """
+    return f"{packed} bytes unpack to more than {most / 1e6:g} MB; if they are sound, raise {option('max_unpacked')}"
+
+
+def unpack_zstd(packed: bytes, most: int, path: Path) -> bytes:
+    """Unpack to at most ``most`` bytes; raise ValueError if it is damaged or comes to more."""
+    zstandard = need("zstandard", path)
+    try:
+        size = zstandard.frame_content_size(packed)
+        if size > most:
+            raise ValueError(too_much(len(packed), most))
+        # A frame that does not say its size needs a limit, for which memory is set aside.
+        limit = {"max_output_size": most} if size < 0 else {}
+        unpacked: bytes = zstandard.ZstdDecompressor().decompress(packed, **limit)
+    except (zstandard.ZstdError, MemoryError) as error:
+        raise ValueError(f"its zstd compression is damaged, or {too_much(len(packed), most)}") from error
+    return unpacked
+
+
+def unpack_lz4(packed: bytes, most: int, path: Path) -> bytes:
+    """Unpack to at most ``most`` bytes; raise ValueError if it is damaged or comes to more."""
+    unpacker = need("lz4.frame", path).LZ4FrameDecompressor()
+    try:
+        unpacked: bytes = unpacker.decompress(packed, max_length=most + 1)
+    except (RuntimeError, ValueError, EOFError, MemoryError) as error:
+        raise ValueError(f"its lz4 compression is damaged: {error}") from error
+    if len(unpacked) > most:
+        raise ValueError(too_much(len(packed), most))
+    if not unpacker.eof:
+        raise ValueError("its lz4 compression is cut short")
+    return unpacked
+
+
+def read_content(path: Path, limit: int = UNPACKED) -> bytes:
     """Read a file, and unpack it if its name ends in .gz."""
     try:
         content = path.read_bytes()
         if path.suffix.lower() != ".gz":
             return content
-        most = most_unpacked(len(content))
+        packed, most = len(content), most_unpacked(len(content), limit)
         with gzip.open(io.BytesIO(content)) as file:
             content = file.read(most + 1)
     except DAMAGED_GZIP as error:
@@ -98,15 +142,30 @@ def read_content(path: Path) -> bytes:
     except OSError as error:
         raise LogError(path, f"cannot be read: {error.strerror or error}") from error
     if len(content) > most:
-        raise LogError(path, f"is damaged: it unpacks to more than {most / 1e9:.2g} GB, which is no cloud; {REPAIR}")
+        raise LogError(path, f"is too large: {too_much(packed, most)}")
     return content
 
 
+class BoundedGzip(gzip.GzipFile):
+    """A file of gzip that ends in a LogError where it unpacks to more than it may."""
+
+    def __init__(self, path: Path, file: BinaryIO, limit: int) -> None:
+        super().__init__(fileobj=file)
+        self._path, self._packed = path, path.stat().st_size
+        self._most = most_unpacked(self._packed, ARCHIVE * limit)
+
+    def read1(self, size: int = -1) -> bytes:
+        """Read some bytes."""
+        if self.tell() > self._most:
+            raise LogError(self._path, f"is too large: {too_much(self._packed, self._most)}")
+        return super().read1(size)
+
+
 @contextmanager
-def open_text(path: Path) -> Iterator[TextIO]:
+def open_text(path: Path, limit: int = UNPACKED) -> Iterator[TextIO]:
     """Open a text, unpacked if its name ends in .gz, in the encoding that its first bytes are in."""
     with path.open("rb") as file:
-        unpacked: Any = gzip.GzipFile(fileobj=file) if path.suffix.lower() == ".gz" else file
+        unpacked: Any = BoundedGzip(path, file, limit) if path.suffix.lower() == ".gz" else file
         try:
             begin = unpacked.read(1 << 16)
         except DAMAGED_GZIP:

@@ -8,11 +8,13 @@ https://mcap.dev/spec
 
 from __future__ import annotations
 
+import io
 import struct
+import zlib
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.logs.container import Topic, opened, plain_type
-from ttc_fast.logs.files import most_unpacked
+from ttc_fast.logs.files import UNPACKED, most_unpacked, too_much, unpack_lz4, unpack_zstd
 from ttc_fast.logs.log import ReadErrors, need
 from ttc_fast.ros_messages import CDR, ROS1
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
     from ttc_fast.logs.container import Message
 
+SCHEMA, CHANNEL, MESSAGE = 3, 4, 5
+RECORD, HEAD = struct.Struct("<BQ"), struct.Struct("<HIQQ")
 MAGIC = b"\x89MCAP0\r\n"
 ENCODINGS = {"cdr": CDR, "ros1": ROS1}
 # What the mcap package and its decompressors raise over a damaged record.
@@ -35,6 +39,8 @@ class McapFile:
     ----------
     path : Path
         The file.
+    limit : int
+        A chunk or a message may unpack to this many bytes.
 
     Raises
     ------
@@ -42,11 +48,13 @@ class McapFile:
         If it cannot be opened or is no such file.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, limit: int = UNPACKED) -> None:
         self.path = path
+        self._limit = limit
         self._package = need("mcap.stream_reader", path)
         self._reader = need("mcap.reader", path)
         self._records = need("mcap.records", path)
+        self._stream = need("mcap.data_stream", path).ReadDataStream
         self._damaged = (*DAMAGED, need("mcap.exceptions", path).McapError, need("zstandard", path).ZstdError)
         self._channels: dict[int, Topic] = {}
         self._size = path.stat().st_size
@@ -100,13 +108,47 @@ class McapFile:
                 yield record
                 continue
             try:
-                if record.uncompressed_size > most_unpacked(len(record.data)):
-                    raise ValueError(f"{len(record.data)} bytes that unpack to {record.uncompressed_size}")
-                unpacked = self._package.breakup_chunk(record, validate_crc=True)
+                unpacked = self._unpacked(record)
+                yield from self._records_of(unpacked)
             except self._damaged as damage:
                 errors.add(f"chunk at byte {at} of {self._size} is damaged and left out: {_said(damage)}")
-                continue
-            yield from unpacked
+
+    def _unpacked(self, chunk: Any) -> bytes:
+        """Unpack a chunk, and compare its checksum."""
+        packed: bytes = chunk.data
+        most = min(most_unpacked(len(packed), self._limit), chunk.uncompressed_size)
+        if chunk.uncompressed_size > most:
+            raise ValueError(too_much(len(packed), most))
+        unpack = {"": lambda packed, *_: packed, "zstd": unpack_zstd, "lz4": unpack_lz4}.get(chunk.compression)
+        if unpack is None:
+            raise ValueError(f"unknown compression {chunk.compression!r}")
+        unpacked: bytes = unpack(packed, most, self.path)
+        if chunk.uncompressed_crc and zlib.crc32(unpacked) != chunk.uncompressed_crc:
+            raise ValueError("crc validation failed: its checksum is that of other bytes")
+        return unpacked
+
+    def _records_of(self, chunk: bytes) -> Iterator[Any]:
+        """Read the records of a chunk, one by one."""
+        at, kinds = 0, self._records
+        while at < len(chunk):
+            opcode, length = RECORD.unpack_from(chunk, at)
+            begin, at = at + RECORD.size, at + RECORD.size + length
+            if at > len(chunk):
+                raise EOFError(f"a record of {length} bytes, {len(chunk) - begin} are left")
+            if opcode == MESSAGE:
+                channel, sequence, logged, published = HEAD.unpack_from(chunk, begin)
+                yield kinds.Message(
+                    channel_id=channel,
+                    log_time=logged,
+                    data=chunk[begin + HEAD.size : at],
+                    publish_time=published,
+                    sequence=sequence,
+                )
+            elif opcode in (SCHEMA, CHANNEL):
+                kind = kinds.Schema if opcode == SCHEMA else kinds.Channel
+                yield kind.read(self._stream(io.BytesIO(chunk[begin:at])))
+            elif not opcode:
+                raise ValueError("a record that does not say its kind")
 
     def _read_summary(self, file: Any) -> None:
         """Note the channels that are listed at the end, if they are."""

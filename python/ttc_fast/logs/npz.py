@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.files import kind_of_file, most_unpacked
+from ttc_fast.logs.files import ARCHIVE, UNPACKED, kind_of_file, most_unpacked, too_much
 from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ScanFrame, Scanner
 from ttc_fast.logs.options import LIDAR, SCANNER
 
@@ -53,7 +53,7 @@ def open_archive(path: Path, options: LogOptions) -> ScanArchive | CloudArchive:
     LogError
         If it cannot be read, or an array is missing or of the wrong shape or type.
     """
-    arrays = Arrays(path, NAMES)
+    arrays = Arrays(path, NAMES, options.unpacked)
     return CloudArchive(arrays, options) if "points" in arrays else ScanArchive(arrays, options)
 
 
@@ -137,6 +137,8 @@ class Arrays:
         The archive. It is read at once.
     names : iterable of str
         The arrays to read, where the archive has them.
+    limit : int
+        A chunk of a log may unpack to this many bytes, and an archive to ``ARCHIVE`` times as many.
 
     Raises
     ------
@@ -144,9 +146,9 @@ class Arrays:
         If it cannot be read; from the methods, if an array is not what it should be.
     """
 
-    def __init__(self, path: Path, names: Iterable[str]) -> None:
+    def __init__(self, path: Path, names: Iterable[str], limit: int = UNPACKED) -> None:
         self.path = path
-        self._arrays = _load(path, names)
+        self._arrays = _load(path, names, limit)
 
     def __contains__(self, name: str) -> bool:
         return name in self._arrays
@@ -205,13 +207,13 @@ class Arrays:
         return LogError(self.path, f"array {name!r} {problem}")
 
 
-def _load(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
+def _load(path: Path, names: Iterable[str], limit: int) -> dict[str, NDArray[Any]]:
     try:
         with path.open("rb") as file:  # opened here, as np.load leaves a damaged archive open
             archive = np.load(file)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise LogError(path, "is a single NumPy array, not an archive of several; write it with numpy.savez")
-            _check_sizes(path, archive.zip)
+            _check_sizes(path, archive.zip, limit)
             return {name: _array(path, archive, name) for name in names if name in archive}
     except LogError:
         raise
@@ -223,12 +225,12 @@ def _load(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
         raise LogError(path, f"is not a NumPy archive, {got}") from error
 
 
-def _check_sizes(path: Path, archive: zipfile.ZipFile | None) -> None:
+def _check_sizes(path: Path, archive: zipfile.ZipFile | None, limit: int) -> None:
     members = archive.infolist() if archive else []
     packed, unpacked = sum(each.compress_size for each in members), sum(each.file_size for each in members)
-    if unpacked > most_unpacked(packed):
-        size = f"{packed / 1e6:.3g} MB that unpack to {unpacked / 1e9:.3g} GB"
-        raise LogError(path, f"is not a NumPy archive, or is damaged: {size} are no recording")
+    most = most_unpacked(packed, ARCHIVE * limit)
+    if unpacked > most:
+        raise LogError(path, f"is too large: {too_much(packed, most)}")
 
 
 def _array(path: Path, archive: Any, name: str) -> NDArray[Any]:

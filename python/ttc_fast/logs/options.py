@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ttc_fast._settings import MOUNT, OUTLINE, Choice, Flag, Number, Text, Texts, check_fields, option, setting
+from ttc_fast.logs.files import UNPACKED
 from ttc_fast.logs.log import LogError
 
 if TYPE_CHECKING:
@@ -44,6 +45,9 @@ class LogOptions:
         for CARMEN logs.
     rate : float or None
         How many frames a second there are, instead of the stamps.
+    max_unpacked : float or None
+        A chunk, a message or a cloud that unpacks to more than this and to more than 20 times its size is refused, and
+        an archive that unpacks to four times as much, MB; 64 by default.
     column, stamp_column : str or None
         The columns of the distances and of their stamps in a table.
     range_min, range_max : float or None
@@ -97,6 +101,11 @@ class LogOptions:
         Number(unit="Hz", least=0.001),
         "How many frames a second there are, instead of the stamps.",
     )
+    max_unpacked: float | None = setting(
+        None,
+        Number(unit="MB", positive=True),
+        "A chunk, a message or a cloud may unpack to this, or to 20 times its size; by default 64.",
+    )
     column: str | None = setting(None, Text(), "The column of the distances in a table.")
     stamp_column: str | None = setting(None, Text(), "The column of the stamps in a table.")
     range_min: float | None = setting(None, Number(unit="m", least=0.0), "Readings below this are discarded.")
@@ -128,10 +137,15 @@ class LogOptions:
     def __post_init__(self) -> None:
         check_fields(self)
 
+    @property
+    def unpacked(self) -> int:
+        """How many bytes a chunk, a message or a cloud may unpack to."""
+        return UNPACKED if self.max_unpacked is None else int(self.max_unpacked * 1e6)
+
     def only(self, known: Collection[str], path: Path, kind: str) -> None:
         """Refuse the options that this kind of log does not know."""
         for name in (field.name for field in fields(self)):
-            if getattr(self, name) is not None and name not in known:
+            if getattr(self, name) is not None and name not in (*known, "max_unpacked"):
                 has = ", ".join(option(each).removeprefix("the option ") for each in known)
                 raise LogError(path, f"{kind} has no use for {option(name)}; leave it out (it knows {has})")
 

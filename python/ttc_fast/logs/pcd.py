@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ttc_fast.logs.cloud_files import CloudFormat
-from ttc_fast.logs.files import kind_of, read_content
+from ttc_fast.logs.files import UNPACKED, kind_of, most_unpacked, read_content, too_much
 from ttc_fast.logs.log import REPAIR, Lidar, LogError
 
 if TYPE_CHECKING:
@@ -60,9 +60,9 @@ class Layout(NamedTuple):
     dtype: np.dtype[Any]
 
 
-def read_pcd(frame: Path) -> NDArray[Any]:
+def read_pcd(frame: Path, limit: int = UNPACKED) -> NDArray[Any]:
     """Read one cloud: records with fields x, y and z, and all others that have names and known types."""
-    content = read_content(frame)
+    content = read_content(frame, limit)
     header, start = _header(content)
     if "DATA" not in header or not ("FIELDS" in header or "COLUMNS" in header):
         other = kind_of(content)
@@ -76,7 +76,7 @@ def read_pcd(frame: Path) -> NDArray[Any]:
     form = header["DATA"][0].lower() if header["DATA"] else ""
     if form not in READERS:
         raise LogError(frame, f"has DATA {form or 'nothing'}, but PCD is {', '.join(READERS)}; save it as one of these")
-    return _with_intensity(READERS[form](frame, content, start, fields, count))
+    return _with_intensity(READERS[form](frame, content, start, fields, count, limit))
 
 
 def _with_intensity(points: NDArray[Any]) -> NDArray[Any]:
@@ -176,7 +176,7 @@ def _layout(stored: list[Field]) -> Layout:
     return Layout(at, sum(field.repeat for field in stored), dtype)
 
 
-def _binary(frame: Path, content: bytes, start: int, fields: list[Field], count: int) -> NDArray[Any]:
+def _binary(frame: Path, content: bytes, start: int, fields: list[Field], count: int, _: int) -> NDArray[Any]:
     """View the points, one after another."""
     layouts, size = list(_layouts(fields, compressed=False)), len(content) - start
     layout = next((each for each in layouts if each.step * count == size), layouts[0])
@@ -185,7 +185,7 @@ def _binary(frame: Path, content: bytes, start: int, fields: list[Field], count:
     return np.frombuffer(content, layout.dtype, count, start) if count else np.empty(0, layout.dtype)
 
 
-def _compressed(frame: Path, content: bytes, start: int, fields: list[Field], count: int) -> NDArray[Any]:
+def _compressed(frame: Path, content: bytes, start: int, fields: list[Field], count: int, limit: int) -> NDArray[Any]:
     """Unpack the points, which are stored field by field."""
     layouts = list(_layouts(fields, compressed=True))
     if not count:
@@ -195,6 +195,9 @@ def _compressed(frame: Path, content: bytes, start: int, fields: list[Field], co
     layout = next((each for each in layouts if each.step * count == sizes[1]), None)
     if layout is None:
         raise _differs(frame, count, sizes[1] // layouts[0].step)
+    most = most_unpacked(len(packed), limit)
+    if sizes[1] > most:
+        raise LogError(frame, f"is too large: {too_much(len(packed), most)}")
     try:
         plain = unpack_lzf(packed, sizes[1])
     except ValueError as error:
@@ -206,7 +209,7 @@ def _compressed(frame: Path, content: bytes, start: int, fields: list[Field], co
     return points
 
 
-def _ascii(frame: Path, content: bytes, start: int, fields: list[Field], count: int) -> NDArray[Any]:
+def _ascii(frame: Path, content: bytes, start: int, fields: list[Field], count: int, _: int) -> NDArray[Any]:
     """Read the points as lines of numbers, with any blanks between them."""
     text = content[start:]
     if b"#" in text or b"(" in text:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ttc_fast.logs.cloud_files import CloudFormat
-from ttc_fast.logs.files import kind_of, read_content
+from ttc_fast.logs.files import UNPACKED, kind_of, read_content
 from ttc_fast.logs.log import Lidar, LogError
 
 if TYPE_CHECKING:
@@ -34,19 +34,19 @@ KITTI_LIDAR = Lidar(sensor_height=1.73, vehicle_reach=2.6, height=(0.23, 0.83))
 NUSCENES_LIDAR = Lidar(sensor_height=1.84, vehicle_reach=2.2, axes=("y", "-x", "z"))
 
 
-def read_kitti(frame: Path) -> NDArray[np.float32]:
+def read_kitti(frame: Path, limit: int = UNPACKED) -> NDArray[np.float32]:
     """Read the rows of a KITTI frame, shape (N, 4)."""
-    return read_rows(frame, ("x", "y", "z", "reflectance"), "KITTI")
+    return read_rows(frame, ("x", "y", "z", "reflectance"), "KITTI", limit)
 
 
-def read_nuscenes(frame: Path) -> NDArray[np.float32]:
+def read_nuscenes(frame: Path, limit: int = UNPACKED) -> NDArray[np.float32]:
     """Read the rows of a nuScenes frame, shape (N, 5)."""
-    return read_rows(frame, ("x", "y", "z", "intensity", "ring"), "nuScenes")
+    return read_rows(frame, ("x", "y", "z", "intensity", "ring"), "nuScenes", limit)
 
 
-def read_rows(frame: Path, names: tuple[str, ...], dataset: str) -> NDArray[np.float32]:
+def read_rows(frame: Path, names: tuple[str, ...], dataset: str, limit: int) -> NDArray[np.float32]:
     """Read rows of the named numbers, and refuse a file whose numbers are no points."""
-    content, row = read_content(frame), 4 * len(names)
+    content, row = read_content(frame, limit), 4 * len(names)
     rows = f"rows of {row} bytes (float32 {', '.join(names)})"
     if len(content) % row:
         other = kind_of(content)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -52,6 +53,10 @@ def open_bag(bag: Container, options: LogOptions) -> BagScans | BagClouds:
     """Choose the topic of a bag, and open it as the log that its type makes it."""
     topic = _chosen(bag, options.topic, tuple(VIEWS), "topic")
     if topic is None:
+        errors = ReadErrors(bag.path)
+        if not bag.topics:  # perhaps because all of it is damaged
+            deque(bag.messages((), errors), maxlen=0)
+        errors.raise_if_any(0)
         has = ", ".join(f"{topic.name} ({topic.type})" for topic in bag.topics) or "no topics that can be read"
         raise LogError(bag.path, f"has no topic of {LASER_SCAN} or {POINT_CLOUD}; it has {has}")
     source = _Source(bag, topic, _odometry(bag, options), options)

@@ -14,7 +14,7 @@ import struct
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 from ttc_fast.logs.container import Topic, opened, plain_type
-from ttc_fast.logs.files import most_unpacked
+from ttc_fast.logs.files import UNPACKED, most_unpacked, too_much
 from ttc_fast.logs.log import ReadErrors, need
 from ttc_fast.ros_messages import ROS1
 
@@ -62,6 +62,8 @@ class Bag:
     ----------
     path : Path
         The file.
+    limit : int
+        A chunk or a message may unpack to this many bytes.
 
     Raises
     ------
@@ -69,8 +71,9 @@ class Bag:
         If it cannot be opened or is no such bag.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, limit: int = UNPACKED) -> None:
         self.path = path
+        self._limit = limit
         self._chunks: list[int] = []  # where they begin, if the index is sound
         self._counts: dict[int, int] = {}
         self._connections: dict[int, tuple[str, str]] = {}
@@ -132,6 +135,8 @@ class Bag:
                         yield known[0], seconds * 1_000_000_000 + nanoseconds, chunk, start, end
                 elif op == b"\x07":
                     self._connect(Record(fields, start, end), chunk)
+                elif op is None:  # as in a chunk of zeros
+                    raise DamageError("a record that does not say its kind")
                 at = end
             if at < size:
                 raise DamageError(f"{size - at} bytes are missing")
@@ -146,8 +151,9 @@ class Bag:
         packed = file.read(record.end - record.start)
         if kind == "none":
             return packed, max(size, len(packed))
-        if size > most_unpacked(len(packed)):
-            raise DamageError(f"{len(packed)} bytes that unpack to {size}")
+        most = most_unpacked(len(packed), self._limit)
+        if size > most:
+            raise DamageError(too_much(len(packed), most))
         if kind == "bz2":
             unpacker = bz2.BZ2Decompressor()
         elif kind == "lz4":

@@ -12,11 +12,11 @@ from __future__ import annotations
 import re
 import sqlite3
 from contextlib import closing
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ttc_fast.logs.container import Topic, plain_type
-from ttc_fast.logs.files import files_in, kind_of_file, most_unpacked, unpacked_name
-from ttc_fast.logs.log import REPAIR, LogError, need
+from ttc_fast.logs.files import UNPACKED, files_in, kind_of_file, most_unpacked, unpack_zstd, unpacked_name
+from ttc_fast.logs.log import REPAIR, LogError
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.stamps import natural
 from ttc_fast.ros_messages import CDR
@@ -36,6 +36,28 @@ ZSTD = b"\x28\xb5\x2f\xfd"
 DAMAGED = (sqlite3.Error, UnicodeDecodeError, MemoryError, OverflowError)
 
 
+class Budget:
+    """Ends a query that takes more steps than a file of that size has rows for, and lets an interrupt come through.
+
+    SQLite calls it every ``STEPS`` steps. A damaged file may lead it around in circles.
+    """
+
+    STEPS = 100_000
+
+    def __init__(self, size: int) -> None:
+        self._left = 10 + 4 * size // self.STEPS
+
+    def __call__(self) -> int:
+        """Count one more; return whether the query is to end."""
+        self._left -= 1
+        return self._left < 0
+
+    def raise_interrupt(self, error: BaseException) -> None:
+        """Raise an interrupt that ended the query: SQLite swallows what a call of this raises."""
+        if str(error) == "interrupted" and self._left >= 0:
+            raise KeyboardInterrupt from None
+
+
 class Database:
     """A database of rosbag2.
 
@@ -43,6 +65,8 @@ class Database:
     ----------
     path : Path
         The file.
+    limit : int
+        A chunk or a message may unpack to this many bytes.
 
     Raises
     ------
@@ -50,12 +74,16 @@ class Database:
         If it cannot be opened, or has no topics that can be read.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, limit: int = UNPACKED) -> None:
         self.path = path
+        self._limit = limit
+        budget = Budget(self._size)
         try:
-            with closing(self._open()) as database:
+            with closing(self._open(budget)) as database:
+                self._check_tables(database)
                 rows = list(database.execute("SELECT id, name, type, serialization_format FROM topics"))
         except DAMAGED as error:
+            budget.raise_interrupt(error)
             if self._has("-wal"):
                 problem = f"cannot be read together with {path.name}-wal beside it, which has its last messages"
                 raise LogError(path, f"{problem}; copy both to a folder that can be written to") from error
@@ -75,24 +103,55 @@ class Database:
         marks = ",".join("?" * len(wanted))
         # By id, which is the order of recording: needs no sorting, and no index that may be damaged.
         query = f"SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks}) ORDER BY id"
-        last = None
+        last: Any = None
+        budget = Budget(self._size)
         try:
-            with closing(self._open()) as database:
-                for last, number, time, data in database.execute(query, tuple(wanted)):
+            with closing(self._open(budget)) as database:
+                for row, number, time, data in database.execute(query, tuple(wanted)):
+                    if not isinstance(row, int) or (last is not None and row <= last):
+                        raise sqlite3.DatabaseError
+                    last = row
                     if not isinstance(data, bytes) or not isinstance(time, int):
                         errors.add(f"row {last} of messages is damaged")
                         continue
                     if data.startswith(ZSTD):
-                        data = _unpacked(data, last, errors)
+                        data = self._unpacked(data, last, errors)
                     yield wanted[number], time, data, 0, len(data)
-        except DAMAGED:
+        except DAMAGED as error:
+            budget.raise_interrupt(error)
             where = "before the first message" if last is None else f"after row {last} of messages"
             errors.add(f"damaged or cut short {where}; what follows is lost")
 
-    def _open(self) -> sqlite3.Connection:
+    def _open(self, budget: Budget) -> sqlite3.Connection:
         # Immutable: no lock and no journal is looked for, so that logs in read-only places can be read.
         how = "" if self._has("-wal") else "&immutable=1"
-        return sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=ro{how}", uri=True)
+        database = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=ro{how}", uri=True)
+        database.set_progress_handler(budget, budget.STEPS)
+        if hasattr(database, "setlimit"):  # from Python 3.11 on; nothing in the file is longer than the file
+            database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(self._size, 1 << 20))
+        return database
+
+    @property
+    def _size(self) -> int:
+        """The bytes of the database and of what lies beside it."""
+        beside = self.path.with_name(f"{self.path.name}-wal")
+        return self.path.stat().st_size + (beside.stat().st_size if beside.is_file() else 0)
+
+    def _check_tables(self, database: sqlite3.Connection) -> None:
+        """Refuse what only looks like a table: a view or a computed column may have rows without end."""
+        for name in ("topics", "messages"):
+            found = database.execute("SELECT type, rootpage FROM sqlite_master WHERE name = ?", (name,)).fetchone()
+            hidden = database.execute("SELECT max(hidden) FROM pragma_table_xinfo(?)", (name,)).fetchone()[0]
+            if found and (found[0] != "table" or not found[1] or (hidden or 0) > 1):
+                raise LogError(self.path, f"is no rosbag2 database: its {name} is no table, but computed")
+
+    def _unpacked(self, data: bytes, row: int, errors: ReadErrors) -> bytes:
+        """Unpack a message; nothing is left of one that cannot be."""
+        try:
+            return unpack_zstd(data, most_unpacked(len(data), self._limit), errors.path)
+        except ValueError as error:
+            errors.add(f"row {row} of messages is damaged: it cannot be unpacked: {error}")
+            return b""
 
     def _has(self, ending: str) -> bool:
         """Whether a file with something in it lies beside the database."""
@@ -110,23 +169,6 @@ class Database:
             errors.add(f"{name}-journal beside it says that the recorder was killed: the last messages may be missing")
 
 
-def _unpacked(data: bytes, row: int, errors: ReadErrors) -> bytes:
-    zstandard = need("zstandard", errors.path)
-    most = most_unpacked(len(data))
-    try:
-        size = zstandard.frame_content_size(data)
-        if size > most:
-            errors.add(f"row {row} of messages is damaged: it unpacks to more than {most / 1e9:.2g} GB")
-            return b""
-        # A frame that does not say its size needs a limit, for which memory is set aside.
-        limit = {"max_output_size": most} if size < 0 else {}
-        unpacked: bytes = zstandard.ZstdDecompressor().decompress(data, **limit)
-    except (zstandard.ZstdError, MemoryError):
-        errors.add(f"row {row} of messages is damaged: it cannot be unpacked")
-        return b""
-    return unpacked
-
-
 class BagFolder:
     """A folder of rosbag2, its files one after another.
 
@@ -134,6 +176,8 @@ class BagFolder:
     ----------
     path : Path
         The folder.
+    limit : int
+        A chunk or a message may unpack to this many bytes.
 
     Raises
     ------
@@ -141,7 +185,7 @@ class BagFolder:
         If a file cannot be opened, or one is compressed.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, limit: int = UNPACKED) -> None:
         self.path = path
         present = [file.name for file in files_in(path)]
         files = sorted((name for name in present if _is_part(name)), key=natural)
@@ -159,7 +203,7 @@ class BagFolder:
         listed = _listed(path)
         renamed = len(listed) <= len(files)
         self._missing = [] if renamed else [name for name in listed if unpacked_name(name) not in files]
-        self._parts: list[Container] = [_open(path / name) for name in files]
+        self._parts: list[Container] = [_open(path / name, limit) for name in files]
         self.topics = self._all_topics()
 
     def messages(self, names: Collection[str], errors: ReadErrors) -> Iterator[Message]:
@@ -202,5 +246,5 @@ def _listed(folder: Path) -> list[str]:
     return [line.partition("- ")[2].strip().strip("'\"").rpartition("/")[2] for line in lines]
 
 
-def _open(file: Path) -> Container:
-    return Database(file) if file.suffix.lower() == ".db3" else McapFile(file)
+def _open(file: Path, limit: int) -> Container:
+    return Database(file, limit) if file.suffix.lower() == ".db3" else McapFile(file, limit)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast import _settings
 from ttc_fast._core import Gate
 from ttc_fast._settings import hint, option
+from ttc_fast._validate import shown
 from ttc_fast.brake import EstimateThreshold
 from ttc_fast.brake.criteria import TtcThreshold
 from ttc_fast.brake.settings import BrakeSettings
@@ -64,7 +65,7 @@ class Settings:
     def __post_init__(self) -> None:
         for name, table in (("log_options", self.log_options), ("gate", self.gate)):
             if not isinstance(table, dict):
-                raise TypeError(f"{name} must be a dict of settings, got {table!r}")
+                raise TypeError(f"{name} must be a dict of settings, got {shown(table)}")
         for name, bounds in self.gate.items():
             if name not in BOUNDS:
                 raise ValueError(f"gate has no setting {name!r}: {hint(str(name), BOUNDS)}")

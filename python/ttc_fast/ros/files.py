@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast._validate import shown
 from ttc_fast.configuration import PARTS, Configuration, ConfigurationError, read_file, read_toml
 from ttc_fast.ros.settings import NodeSettings, SettingError
 
@@ -16,6 +17,8 @@ NAME = "ttc_fast"
 """The name of the node, unless it is renamed at launch."""
 ROS_2 = "ros__parameters"
 """The key above the parameters of a node in files of ROS 2."""
+MOST_ALIASES = 16
+"""Aliases of YAML in a file. Each may double what those before it stand for."""
 OF_EVERY_NODE = frozenset({"use_sim_time", "qos_overrides", "start_type_description_service"})
 """Parameters that ROS 2 gives to every node."""
 
@@ -83,13 +86,16 @@ def _read_yaml(text: str) -> dict[str, Any]:
     except ModuleNotFoundError:
         raise ValueError("needs PyYAML to be read: pip install pyyaml, or write it as TOML") from None
     try:
+        aliases = sum(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, yaml.SafeLoader))
+        if aliases > MOST_ALIASES:
+            raise ValueError(f"it has {aliases} aliases, more than {MOST_ALIASES}: write out what they stand for")
         table = yaml.safe_load(text) or {}
     except (yaml.YAMLError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise ValueError(f"is not YAML: {error}") from None  # PyYAML raises anything over a tag that does not fit
     if isinstance(table, dict):
         table = _of_node(table)
     if not isinstance(table, dict):
-        raise ValueError(f"must be a table of parameters, got {table!r}")
+        raise ValueError(f"must be a table of parameters, got {shown(table)}")
     return table
 
 

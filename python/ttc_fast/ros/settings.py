@@ -22,6 +22,7 @@ from ttc_fast._settings import (
     setting,
     settings_of,
 )
+from ttc_fast._validate import shown
 from ttc_fast.brake import IttcThreshold, StoppingDistance, SweptPathThreshold
 from ttc_fast.configuration import BRAKE, PARTS, Configuration, ConfigurationError
 from ttc_fast.ros.dds.names import TOPIC
@@ -63,7 +64,9 @@ class Topics(Texts):
 
 def _topic(name: str, value: str) -> str:
     if not TOPIC.fullmatch(value):
-        raise ValueError(f"{name} must be the name of a topic, such as scan, /front/scan or ~/cause, got {value!r}")
+        raise ValueError(
+            f"{name} must be the name of a topic, such as scan, /front/scan or ~/cause, got {shown(value)}"
+        )
     return value
 
 

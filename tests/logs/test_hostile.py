@@ -1,0 +1,246 @@
+"""Files that are made to fill the memory or never to end: each reader bounds what it unpacks, and ends."""
+
+import bz2
+import gzip
+import io
+import signal
+import sqlite3
+import struct
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import lz4.frame  # type: ignore[import-untyped]
+import numpy as np
+import pytest
+import zstandard
+from mcap.writer import CompressionType, Writer
+
+from tests.support.bags import Scan, drive, serialised, write
+from tests.support.log_files import PCD
+from tests.support.opened import read
+from ttc_fast.cli import main
+from ttc_fast.logs import LogError, open_log
+from ttc_fast.logs.rosbag2 import Budget, Database
+
+SIZE = 400_000_000
+"""Bytes that each bomb unpacks to."""
+ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT "
+MESSAGES = "i AS id, 1 AS topic_id, i AS timestamp, x'00' AS data FROM n"
+
+
+def record(data: bytes, **fields: bytes) -> bytes:
+    """Return a record of a ROS 1 bag."""
+    parts = [name.encode() + b"=" + value for name, value in fields.items()]
+    header = b"".join(struct.pack("<I", len(part)) + part for part in parts)
+    return struct.pack("<I", len(header)) + header + struct.pack("<I", len(data)) + data
+
+
+def bag(compression: bytes, packed: bytes, size: int = SIZE) -> bytes:
+    """Return a bag of one chunk."""
+    zero = struct.pack("<I", 0)
+    head = record(b"", op=b"\x03", index_pos=struct.pack("<Q", 0), conn_count=zero, chunk_count=zero)
+    chunk = record(packed, op=b"\x05", compression=compression, size=struct.pack("<I", size))
+    return b"#ROSBAG V2.0\n" + head + chunk
+
+
+def mcap(compression: bytes, packed: bytes, size: int = SIZE) -> bytes:
+    """Return an MCAP file of one chunk."""
+    chunk = struct.pack("<QQQII", 0, 0, size, 0, len(compression)) + compression
+    chunk += struct.pack("<Q", len(packed)) + packed
+    magic = b"\x89MCAP0\r\n"
+    return magic + b"\x01" + struct.pack("<QII", 8, 0, 0) + b"\x06" + struct.pack("<Q", len(chunk)) + chunk
+
+
+def zeros(pack: Callable[[bytes], bytes], size: int = SIZE) -> bytes:
+    return pack(bytes(size))
+
+
+def npz() -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr("ranges.npy", bytes(SIZE))
+    return file.getvalue()
+
+
+def database(path: Path, *statements: str) -> Path:
+    """Write a database of rosbag2 with a topic of scans, and what the statements do."""
+    with closing(sqlite3.connect(path)) as opened:
+        opened.execute("CREATE TABLE topics (id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
+        opened.execute("INSERT INTO topics VALUES (1, '/scan', 'sensor_msgs/msg/LaserScan', 'cdr')")
+        for statement in statements:
+            opened.execute(statement)
+        opened.commit()
+    return path
+
+
+def bombs(folder: Path) -> Iterator[Path]:
+    """Write a small file of each format that unpacks to ``SIZE`` bytes."""
+    known, unknown = zstandard.ZstdCompressor(), zstandard.ZstdCompressor(write_content_size=False)
+    packed = {"bz2": zeros(bz2.compress), "lz4": zeros(lz4.frame.compress), "zstd": zeros(known.compress)}
+    gz = zeros(lambda content: gzip.compress(content, 1))
+    files = {
+        "a.bag": bag(b"bz2", packed["bz2"]),
+        "b.bag": bag(b"lz4", packed["lz4"]),
+        "a.mcap": mcap(b"zstd", packed["zstd"]),
+        "b.mcap": mcap(b"lz4", packed["lz4"]),
+        "c.mcap": mcap(b"zstd", packed["zstd"], size=1000),
+        "d.mcap": mcap(b"lz4", packed["lz4"], size=1000),
+        "e.mcap": mcap(b"zstd", zeros(unknown.compress), size=1000),
+        "a.npz": npz(),
+        "a.bin.gz": gz,
+        "a.pcd.gz": gz,
+        "a.log.gz": gz,
+        "a.pcd": PCD.replace(b"40", b"25000000") + b"binary_compressed\n" + struct.pack("<II", 8, SIZE) + bytes(8),
+    }
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+        yield folder / name
+    for name, pack in (("a.db3", known.compress), ("b.db3", unknown.compress)):
+        table = "CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)"
+        row = f"INSERT INTO messages VALUES (1, 1, 0, x'{zeros(pack).hex()}')"
+        yield database(folder / name, table, row)
+
+
+READ_ALL = """
+import resource, sys
+import numpy, lz4.frame, zstandard
+from ttc_fast.logs import LogError, open_log
+for path in sys.argv[1:]:
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    try:
+        said = str(sum(1 for _ in open_log(path)))
+    except LogError as error:
+        said = str(error)
+    print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024, said.replace(chr(10), " "))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="measures memory in KiB, as Linux has it")
+def test_what_unpacks_to_too_much_is_refused_and_says_how_the_limit_is_raised(tmp_path: Path) -> None:
+    paths = list(map(str, bombs(tmp_path)))
+    done = subprocess.run([sys.executable, "-c", READ_ALL, *paths], capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    for path, line in zip(paths, done.stdout.splitlines(), strict=True):
+        grown, said = line.split(" ", 1)
+        assert int(grown) < 200, line  # MB
+        if "0 frames" not in said or Path(path).name not in ("c.mcap", "d.mcap"):  # whose sizes contradict each other
+            assert "raise the option max_unpacked" in said, line
+
+
+@pytest.mark.parametrize("kind", ["bag.bz2", "bag.lz4", "db3.zstd", "mcap.zstd"])
+def test_a_limit_is_raised_and_lowered(kind: str, tmp_path: Path) -> None:
+    items = [Scan(i / 40, i / 40, np.zeros(100_000, np.float32)) for i in range(4)]
+    path = write(tmp_path, kind, items)
+    frames, said = read(path)
+    assert (len(frames), said) == (4, "")
+    frames, said = read(path, max_unpacked=0.01)
+    assert not frames
+    assert "unpack to more than" in said
+    assert "raise the option max_unpacked" in said
+    assert len(read(path, max_unpacked=2.0)[0]) == 4
+
+
+def test_chunks_of_zeros_are_damage(tmp_path: Path) -> None:
+    for name, content in (
+        ("a.bag", bag(b"bz2", zeros(bz2.compress, 60_000_000), 60_000_000)),
+        ("a.mcap", mcap(b"zstd", zeros(zstandard.compress, 60_000_000), 60_000_000)),
+    ):
+        (tmp_path / name).write_bytes(content)
+        assert "a record that does not say its kind" in read(tmp_path / name)[1]
+
+
+def test_a_chunk_of_mcap_has_the_checksum_that_it_says(tmp_path: Path) -> None:
+    with (tmp_path / "a.mcap").open("wb") as file:
+        writer = Writer(file, compression=CompressionType.LZ4)
+        writer.start("ros2", "test")
+        schema = writer.register_schema("sensor_msgs/msg/LaserScan", "ros2msg", b"")
+        channel = writer.register_channel("/scan", "cdr", schema)
+        for i in range(3):
+            writer.add_message(channel, i, serialised(Scan(i / 10, i / 10), "little"), i)
+        writer.finish()  # type: ignore[no-untyped-call]
+    assert len(read(tmp_path / "a.mcap")[0]) == 3
+
+
+@pytest.mark.parametrize(
+    ("statements", "name"),
+    [
+        ([f"CREATE VIEW messages AS {ENDLESS}{MESSAGES}"], "messages"),
+        (
+            [
+                "CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER,"
+                " data BLOB AS (zeroblob(900000000)))",
+                "INSERT INTO messages (id, topic_id, timestamp) VALUES (1, 1, 0)",
+            ],
+            "messages",
+        ),
+        (
+            ["ALTER TABLE topics RENAME TO others", f"CREATE VIEW topics AS {ENDLESS} i, 'a', 'b', 'cdr' FROM n"],
+            "topics",
+        ),
+    ],
+)
+def test_a_table_that_is_computed_is_refused(statements: list[str], name: str, tmp_path: Path) -> None:
+    path = database(tmp_path / "log.db3", *statements)
+    with pytest.raises(LogError, match=f"its {name} is no table, but computed"):
+        open_log(path)
+    assert main(["replay", str(path)]) == 3
+
+
+@pytest.fixture
+def endless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A database whose messages never end, with a reader that takes it for a table that is damaged so."""
+    monkeypatch.setattr(Database, "_check_tables", lambda *_: None)
+    return database(
+        tmp_path / "log.db3",
+        f"CREATE VIEW messages AS {ENDLESS}i AS id, i + 1 AS topic_id, 0 AS timestamp, 0 AS data FROM n",
+    )
+
+
+def test_a_query_that_goes_around_in_circles_ends(endless: Path) -> None:
+    with pytest.raises(LogError, match="damaged or cut short before the first message"):
+        open_log(endless)
+
+
+def test_rows_that_come_again_are_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Database, "_check_tables", lambda *_: None)
+    rows = "SELECT i % 9 AS id, 1 AS topic_id, 0 AS timestamp, x'00' AS data FROM n"
+    path = database(tmp_path / "log.db3", f"CREATE VIEW messages AS {ENDLESS}{rows[7:]}")
+    with pytest.raises(LogError, match="damaged or cut short"):
+        open_log(path)
+
+
+@contextmanager
+def interrupted_after(seconds: float) -> Iterator[None]:
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer that interrupts")
+def test_a_query_is_interrupted(endless: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.setattr(Budget, "__init__", lambda self, _: setattr(self, "_left", 10**12))
+    with interrupted_after(0.3), pytest.raises(KeyboardInterrupt):
+        open_log(endless)
+    with interrupted_after(0.3):
+        assert main(["replay", str(endless)]) == 130
+    assert capsys.readouterr().err == "ttc-fast: interrupted\n"
+
+
+def test_a_device_is_no_log(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").symlink_to("/dev/zero")
+    with pytest.raises(LogError, match="is neither a file nor a folder"):
+        open_log(tmp_path / "a.csv")
+    assert drive(1)
