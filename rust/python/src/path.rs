@@ -5,7 +5,7 @@ use crate::macros::{for_each_type, results, settings};
 use crate::points::Frames;
 use crate::scan_query::{MotionArguments, Motions, path_points};
 use crate::util::run::{level, release};
-use crate::util::{check_no_data, no_data, value_error, value_error_in_row};
+use crate::util::{Given, check_no_data, no_data, value_error, value_error_in_row};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -152,18 +152,18 @@ impl SweptPath {
     /// inf
     /// >>> path.min(np.array([[2.4, 0.1]]), 2.0, path=[[0.0, 0.0], [0.5, 0.1], [1.0, 0.3], [1.5, 0.7]])  # it turns away
     /// inf
-    #[pyo3(signature = (points, speed, yaw_rate=None, lateral_speed=None, *, path=None),
+    #[pyo3(signature = (points, speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING, *, path=None),
            text_signature = "($self, points, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None)")]
     fn min<'py>(
         &self,
         py: Python<'py>,
         points: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
-        lateral_speed: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
+        lateral_speed: Given<'_, 'py>,
         path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
         let plan = self.plan(path, &motion)?;
         let (frames, motions) = self.look(points, motion, plan.as_ref())?;
         let each = for_each_type!(frames.points(), points => self.min_each(py, &points, &motions, plan.as_ref(), frames.is_batch()))?;
@@ -199,18 +199,18 @@ impl SweptPath {
     /// >>> nearest = path.nearest(np.array([[2.4, 0.1], [1.4, 0.2]]), 2.0)
     /// >>> nearest.index, nearest.x, round(nearest.clearance, 3), nearest.closing_speed
     /// (0, 2.4, 2.0, 2.0)
-    #[pyo3(signature = (points, speed, yaw_rate=None, lateral_speed=None, *, path=None),
+    #[pyo3(signature = (points, speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING, *, path=None),
            text_signature = "($self, points, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None)")]
     fn nearest<'py>(
         &self,
         py: Python<'py>,
         points: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
-        lateral_speed: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
+        lateral_speed: Given<'_, 'py>,
         path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
         let plan = self.plan(path, &motion)?;
         let (frames, motions) = self.look(points, motion, plan.as_ref())?;
         let each = for_each_type!(frames.points(), points => self.nearest_each(py, &points, &motions, plan.as_ref()))?;
@@ -252,7 +252,7 @@ impl SweptPath {
     /// >>> path = ttc_fast.SweptPath((-0.1, 0.4, -0.15, 0.15))
     /// >>> path.per_point(np.array([[2.4, 0.1], [1.4, 0.2], [0.3, 0.0]]), 2.0)
     /// array([ 1., inf,  0.])
-    #[pyo3(signature = (points, speed, yaw_rate=None, lateral_speed=None, *, path=None, out=None, status_out=None),
+    #[pyo3(signature = (points, speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING, *, path=None, out=None, status_out=None),
            text_signature = "($self, points, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None, out=None, \
                              status_out=None)")]
     #[allow(clippy::too_many_arguments, reason = "arguments of a Python method")]
@@ -261,13 +261,13 @@ impl SweptPath {
         py: Python<'py>,
         points: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
-        lateral_speed: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
+        lateral_speed: Given<'_, 'py>,
         path: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
         let plan = self.plan(path, &motion)?;
         let (frames, motions) = self.look(points, motion, plan.as_ref())?;
         let (shape, inputs) = (frames.shape(), frames.arrays());

@@ -6,7 +6,7 @@ use crate::macros::{for_each_type, results, settings};
 use crate::scan::ScanTTC;
 use crate::util::run::release;
 use crate::util::state::{Format, item, lock};
-use crate::util::{count, number, value_error};
+use crate::util::{Given, count, number, value_error};
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -167,7 +167,7 @@ impl RangeRate {
     /// (16, 0)
     /// >>> ttc_fast.ittc(ranges, range_rate=range_rate)[:2].round(3)
     /// array([3.6, 3.6], dtype=float32)
-    #[pyo3(signature = (ranges, stamp, yaw_rate=None, *, range_rate_out=None, standard_error_out=None, status_out=None),
+    #[pyo3(signature = (ranges, stamp, yaw_rate=Given::NOTHING, *, range_rate_out=None, standard_error_out=None, status_out=None),
            text_signature = "($self, ranges, stamp, yaw_rate=0.0, *, range_rate_out=None, standard_error_out=None, \
                status_out=None)")]
     #[allow(clippy::too_many_arguments, reason = "arguments of a Python method")]
@@ -176,13 +176,13 @@ impl RangeRate {
         py: Python<'py>,
         ranges: &Bound<'py, PyAny>,
         stamp: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
         range_rate_out: Option<&Bound<'py, PyAny>>,
         standard_error_out: Option<&Bound<'py, PyAny>>,
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<RangeRateNearest> {
         let stamp = number("stamp", stamp)?;
-        let yaw_rate = yaw_rate.map_or(Ok(0.0), |value| number("yaw_rate", value))?;
+        let yaw_rate = yaw_rate.given().map_or(Ok(0.0), |value| number("yaw_rate", value))?;
         let array = as_array("ranges", ranges)?;
         if array.ndim() != 1 {
             let shape = array.shape();

@@ -4,7 +4,7 @@ use crate::estimators::{beam_vote, beam_vote_object};
 use crate::macros::settings;
 use crate::scan_query::{BeamQuery, MotionArguments};
 use crate::util::run::level;
-use crate::util::{check_no_data, count, threads, value_error};
+use crate::util::{Given, check_no_data, count, threads, value_error};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -245,17 +245,17 @@ impl ScanTTC {
     /// 2.0
     /// >>> scan.min(np.array([[9.0, 10.0, 9.0], [9.0, np.inf, np.nan]]), np.array([5.0, -5.0]))
     /// array([ 2., inf])
-    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None),
+    #[pyo3(signature = (ranges, speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING),
            text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0)")]
     fn min<'py>(
         &self,
         py: Python<'py>,
         ranges: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
-        lateral_speed: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
+        lateral_speed: Given<'_, 'py>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.query().min(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
+        self.query().min(py, ranges, MotionArguments::of(speed, &yaw_rate, &lateral_speed))
     }
 
     /// Return the nearest beam in time, and everything that says why.
@@ -284,17 +284,17 @@ impl ScanTTC {
     /// 1
     /// >>> scan.nearest(np.full(3, np.nan), 5.0).status.name
     /// 'NO_DATA'
-    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None),
+    #[pyo3(signature = (ranges, speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING),
            text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0)")]
     fn nearest<'py>(
         &self,
         py: Python<'py>,
         ranges: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
-        lateral_speed: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
+        lateral_speed: Given<'_, 'py>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.query().nearest(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed })
+        self.query().nearest(py, ranges, MotionArguments::of(speed, &yaw_rate, &lateral_speed))
     }
 
     /// Return the time-to-collision of each beam, s.
@@ -331,7 +331,7 @@ impl ScanTTC {
     /// array([ 2.,  4., inf])
     /// >>> status.tolist() == [ttc_fast.Status.CLOSING, ttc_fast.Status.CLOSING, ttc_fast.Status.INVALID]
     /// True
-    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, out=None, status_out=None),
+    #[pyo3(signature = (ranges, speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING, *, out=None, status_out=None),
            text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, out=None, status_out=None)")]
     #[allow(clippy::too_many_arguments, reason = "arguments of a Python method")]
     fn per_beam<'py>(
@@ -339,12 +339,12 @@ impl ScanTTC {
         py: Python<'py>,
         ranges: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
-        lateral_speed: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
+        lateral_speed: Given<'_, 'py>,
         out: Option<&Bound<'py, PyAny>>,
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.query().per_beam(py, ranges, MotionArguments { speed, yaw_rate, lateral_speed }, out, status_out)
+        self.query().per_beam(py, ranges, MotionArguments::of(speed, &yaw_rate, &lateral_speed), out, status_out)
     }
 
     /// The direction of each beam in the sensor frame, rad, float64 of shape (beams,).

@@ -3,7 +3,7 @@
 use crate::macros::settings;
 use crate::scan::ScanTTC;
 use crate::scan_query::{Along, BeamQuery, MotionArguments, path_points};
-use crate::util::{number, type_name, value_error};
+use crate::util::{Given, number, type_name, value_error};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use ttc_fast_core::scan;
@@ -94,18 +94,18 @@ impl ScanSweptPath {
     /// >>> scan = ttc_fast.ScanTTC(-0.5, 0.5, 3, outline=(-0.1, 0.4, -0.15, 0.15))
     /// >>> ttc_fast.ScanSweptPath(scan).min(np.array([1.0, 2.4, 1.0]), 2.0)
     /// 1.0
-    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, path=None),
+    #[pyo3(signature = (ranges, speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING, *, path=None),
            text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None)")]
     fn min<'py>(
         &self,
         py: Python<'py>,
         ranges: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
-        lateral_speed: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
+        lateral_speed: Given<'_, 'py>,
         path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
         match path {
             None => self.query().min(py, ranges, motion),
             Some(path) => self.scan.get().query_of(&self.along(path, &motion)?).min(py, ranges, motion),
@@ -137,18 +137,18 @@ impl ScanSweptPath {
     /// >>> scan = ttc_fast.ScanTTC(-0.5, 0.5, 3, outline=(-0.1, 0.4, -0.15, 0.15))
     /// >>> ttc_fast.ScanSweptPath(scan).nearest(np.array([1.0, 2.4, 1.0]), 2.0).beam
     /// 1
-    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, path=None),
+    #[pyo3(signature = (ranges, speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING, *, path=None),
            text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None)")]
     fn nearest<'py>(
         &self,
         py: Python<'py>,
         ranges: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
-        lateral_speed: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
+        lateral_speed: Given<'_, 'py>,
         path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
         match path {
             None => self.query().nearest(py, ranges, motion),
             Some(path) => self.scan.get().query_of(&self.along(path, &motion)?).nearest(py, ranges, motion),
@@ -184,7 +184,7 @@ impl ScanSweptPath {
     /// >>> scan = ttc_fast.ScanTTC(-0.5, 0.5, 3, outline=(-0.1, 0.4, -0.15, 0.15))
     /// >>> ttc_fast.ScanSweptPath(scan).per_beam(np.array([1.0, 2.4, 1.0]), 2.0)
     /// array([inf,  1., inf])
-    #[pyo3(signature = (ranges, speed, yaw_rate=None, lateral_speed=None, *, path=None, out=None, status_out=None),
+    #[pyo3(signature = (ranges, speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING, *, path=None, out=None, status_out=None),
            text_signature = "($self, ranges, speed, yaw_rate=0.0, lateral_speed=0.0, *, path=None, out=None, \
                              status_out=None)")]
     #[allow(clippy::too_many_arguments, reason = "arguments of a Python method")]
@@ -193,13 +193,13 @@ impl ScanSweptPath {
         py: Python<'py>,
         ranges: &Bound<'py, PyAny>,
         speed: &Bound<'py, PyAny>,
-        yaw_rate: Option<&Bound<'py, PyAny>>,
-        lateral_speed: Option<&Bound<'py, PyAny>>,
+        yaw_rate: Given<'_, 'py>,
+        lateral_speed: Given<'_, 'py>,
         path: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed };
+        let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
         match path {
             None => self.query().per_beam(py, ranges, motion, out, status_out),
             Some(path) => {
@@ -251,17 +251,17 @@ impl ScanSweptPath {
     /// >>> rear = ttc_fast.ScanTTC(-0.5, 0.1, 11, mount=(-0.1, 0.0, 3.14), outline=(-0.1, 0.4, -0.15, 0.15))
     /// >>> path.unseen(-2.0, ahead=0.3, others=[ttc_fast.ScanSweptPath(rear)])
     /// 0.0
-    #[pyo3(signature = (speed, yaw_rate=None, lateral_speed=None, *, ahead, others=vec![]),
+    #[pyo3(signature = (speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING, *, ahead, others=vec![]),
            text_signature = "($self, speed, yaw_rate=0.0, lateral_speed=0.0, *, ahead, others=())")]
     fn unseen(
         &self,
         speed: &Bound<'_, PyAny>,
-        yaw_rate: Option<&Bound<'_, PyAny>>,
-        lateral_speed: Option<&Bound<'_, PyAny>>,
+        yaw_rate: Given<'_, '_>,
+        lateral_speed: Given<'_, '_>,
         ahead: &Bound<'_, PyAny>,
         others: Vec<Bound<'_, ScanSweptPath>>,
     ) -> PyResult<f64> {
-        let motion = MotionArguments { speed, yaw_rate, lateral_speed }.one()?;
+        let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed).one()?;
         let others = others.iter().map(|other| &other.get().path);
         self.path.unseen(motion, number("ahead", ahead)?, others).map_err(value_error)
     }

@@ -5,7 +5,7 @@ use crate::array::{Floats, as_array, outputs, refuse_masked};
 use crate::macros::for_each_type;
 use crate::nearest::{Nearest, NearestBatch};
 use crate::util::run::release;
-use crate::util::{describe, no_data, number, value_error, value_error_in_row};
+use crate::util::{Given, describe, no_data, number, value_error, value_error_in_row};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
@@ -297,6 +297,14 @@ pub struct MotionArguments<'a, 'py> {
     pub speed: &'a Bound<'py, PyAny>,
     pub yaw_rate: Option<&'a Bound<'py, PyAny>>,
     pub lateral_speed: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl<'a, 'py> MotionArguments<'a, 'py> {
+    /// The arguments of a call, in which a number may have been left out.
+    #[inline(always)]
+    pub fn of(speed: &'a Bound<'py, PyAny>, yaw_rate: &'a Given<'_, 'py>, lateral_speed: &'a Given<'_, 'py>) -> Self {
+        MotionArguments { speed, yaw_rate: yaw_rate.given(), lateral_speed: lateral_speed.given() }
+    }
 }
 
 /// One number for all rows, or one for each.

@@ -9,6 +9,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
+use std::convert::Infallible;
 use ttc_fast_core::Error;
 
 create_exception!(
@@ -46,6 +47,30 @@ pub fn check_no_data(no_data: Option<f64>) -> PyResult<()> {
         return Err(PyValueError::new_err("no_data must be a time in [0, inf], in seconds"));
     }
     Ok(())
+}
+
+/// A number that may be left out. None is no number: it arrives as an object, and [`number`] refuses it by name.
+#[derive(Clone, Copy)]
+pub struct Given<'a, 'py>(Option<Borrowed<'a, 'py, PyAny>>);
+
+impl<'py> Given<'_, 'py> {
+    /// What a call without the number has.
+    pub const NOTHING: Self = Given(None);
+
+    /// What was given, if anything was.
+    #[inline(always)]
+    pub fn given(&self) -> Option<&Bound<'py, PyAny>> {
+        self.0.as_deref()
+    }
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Given<'a, 'py> {
+    type Error = Infallible;
+
+    #[inline(always)]
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> Result<Self, Infallible> {
+        Ok(Given(Some(object)))
+    }
 }
 
 /// A number, from a Python number or anything that stands for one.
