@@ -1,4 +1,4 @@
-"""The node over DDS: in a process of its own, among sensors and listeners in another."""
+"""The node of ROS 2, over DDS and by rclpy: in a process of its own, among sensors and listeners over DDS."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -27,12 +28,18 @@ def domain(monkeypatch: pytest.MonkeyPatch) -> int:
     return free_domain()
 
 
-@pytest.fixture
-def start(domain: int) -> Iterator[Callable[..., NodeProcess]]:
+BY_DDS = pytest.mark.parametrize("start", ["dds"], indirect=True)
+"""For what only this node has."""
+
+
+@pytest.fixture(params=["dds", "rclpy"])
+def start(domain: int, request: pytest.FixtureRequest) -> Iterator[Callable[..., NodeProcess]]:
+    if request.param == "rclpy" and find_spec("rclpy") is None:
+        pytest.skip("needs rclpy: make ros2 installs it, and its tests run there")
     started: list[NodeProcess] = []
 
     def start_node(**settings: Any) -> NodeProcess:
-        started.append(NodeProcess(domain, **settings))
+        started.append(NodeProcess(domain, by=request.param, **settings))
         return started[-1]
 
     yield start_node
@@ -163,6 +170,7 @@ def test_sensors_may_be_started_again_and_so_may_the_node(start: Callable[..., N
     driver.close()
 
 
+@BY_DDS
 def test_damaged_messages_are_counted_in_the_diagnostics(
     start: Callable[..., NodeProcess], driver: Driver, domain: int
 ) -> None:

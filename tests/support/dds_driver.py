@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import os
 import struct
 import subprocess
 import sys
@@ -19,13 +21,13 @@ from ttc_fast.ros.dds.settings import DdsSettings
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-NODE = """
-import json, sys
-from ttc_fast.ros.dds.settings import DdsSettings
-from ttc_fast.ros.dds_node import run
-from ttc_fast.ros.settings import NodeSettings
-run(NodeSettings.of(json.loads(sys.argv[1])), DdsSettings(domain_id=int(sys.argv[2])))
-"""
+NODES = {
+    "dds": "from ttc_fast.ros.dds_node import run\n"
+    "from ttc_fast.ros.settings import NodeSettings\n"
+    "run(NodeSettings.of(json.loads(sys.argv[1])))",
+    "rclpy": "from ttc_fast.ros.rclpy_node import run\nrun(json.loads(sys.argv[1]))",
+}
+"""The node by its own transport; the driver comes by DDS to either."""
 AT_ONCE = {"trigger": [1, 1], "release": [1, 1], "hold": 0.0, "stopping_distance": False, "use_range_rate": False}
 """The settings with which each scan decides alone."""
 NEAR, FAR = 2.0, 29.0
@@ -59,9 +61,15 @@ def scan(distance: float, *, beams: int = BEAMS) -> bytes:
     return serialised("sensor_msgs/LaserScan", message)
 
 
+SENT = itertools.count()
+
+
 def stamped(cdr: bytes) -> bytes:
-    """Return the message with the stamp of now."""
-    return cdr[:4] + struct.pack("<iI", *divmod(time.time_ns(), 10**9)) + cdr[12:]
+    """Return the message with the stamp of now. Its last number differs a little from those before, as with noise."""
+    noisy = bytearray(cdr)
+    noisy[4:12] = struct.pack("<iI", *divmod(time.time_ns(), 10**9))
+    noisy[-8] = next(SENT) % 256
+    return bytes(noisy)
 
 
 def odometry(speed: float) -> bytes:
@@ -130,7 +138,7 @@ class Driver:
         """Send a scan and return what the node says to it; it says nothing on its own meanwhile."""
         said = self["/brake_bool"]
         before = len(said)
-        self.scans.publish(scan(distance))
+        self.scans.publish(stamped(scan(distance)))
         self.until(lambda: len(said) > before)
         return bool(said[-1].data)
 
@@ -165,9 +173,10 @@ class Driver:
 class NodeProcess:
     """The node under test."""
 
-    def __init__(self, domain: int, **settings: Any) -> None:
-        command = [sys.executable, "-c", NODE, json.dumps(AT_ONCE | settings), str(domain)]
-        self.process = subprocess.Popen(command)
+    def __init__(self, domain: int, *, by: str = "dds", **settings: Any) -> None:
+        command = [sys.executable, "-c", f"import json, sys\n{NODES[by]}", json.dumps(AT_ONCE | settings)]
+        where = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        self.process = subprocess.Popen(command, env={**os.environ, **where})
 
     def resident(self) -> int:
         """Return the memory in use, bytes."""
