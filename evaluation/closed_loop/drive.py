@@ -152,32 +152,49 @@ def with_brake(
 ) -> tuple[bool, float, float, str, float]:
     """Drive with the controller; return the last five fields of ``Drive``."""
     scanner, brake = made.scanner, Brake()
-    blind_from = scanner.blind_from
+    blind_from = 0.0 if made.unseen else scanner.blind_from
     controller = BrakeController(**{"scan": scanner.reader(OUTLINE), "deceleration": brake.deceleration, **settings})
-    pose, time, next_scan = Pose(0.0, 0.0, 0.0, made.plan.speed), 0.0, 0.0
+    pose, time, next_scan, restarts_at = Pose(0.0, 0.0, 0.0, made.plan.speed), 0.0, 0.0, made.restarts_at
     under_way: deque[tuple[float, float, Any, Motion]] = deque()
     bites, braked_at, reason = math.inf, math.inf, ""
+    wish = Motion(made.plan.speed, made.plan.speed * made.plan.curvature) if made.says_so else None
     while time < made.duration:
         if time > next_scan - PHYSICS / 2.0:
             next_scan += scanner.period
             segments = seen_from(made.world.at(time), pose.x, pose.y, pose.heading)
-            if touch(segments, BODY):
+            if touch(segments, BODY) and pose.speed != 0.0:
                 return True, braked_at, blind_from, reason, math.nan
             motion = measured(pose, made.plan.curvature, time, rng)
             under_way.append((time + scanner.latency, time, scanner.scan(time, segments, rng), motion))
+        if time >= restarts_at:
+            restarts_at = math.inf
+            controller.reset()
         while under_way and under_way[0][0] <= time:
             _, stamp, ranges, motion = under_way.popleft()
-            decision = controller.update(time, ranges=ranges, stamp=stamp, motion=motion)
-            if decision.command is Command.BRAKE and braked_at == math.inf:
-                braked_at, bites, reason = time, time + brake.delay, str(decision)
+            decision = controller.update(time, ranges=ranges, stamp=stamp, motion=motion, commanded=wish)
+            brakes = decision.command is Command.BRAKE
+            if brakes and bites == math.inf:
+                bites = time + brake.delay
+                if braked_at == math.inf:
+                    braked_at, reason = time, str(decision)
+            elif made.goes_on and not brakes:
+                bites = math.inf
         time += PHYSICS
-        speed = slowed(pose.speed, brake.deceleration, PHYSICS) if time >= bites else made.plan.wanted(time)
+        if time >= bites:
+            speed = slowed(pose.speed, brake.deceleration, PHYSICS)
+        else:
+            speed = faster(pose.speed, made.plan.wanted(time), PHYSICS) if made.goes_on else made.plan.wanted(time)
         pose = step(pose, made.plan.curvature, speed, PHYSICS)
-        if pose.speed == 0.0:
+        if pose.speed == 0.0 and not made.goes_on:
             segments = seen_from(made.world.at(time), pose.x, pose.y, pose.heading)
             left = room(segments, math.copysign(1.0, made.plan.speed), made.plan.curvature)
             return False, braked_at, blind_from, reason, left
     return False, braked_at, blind_from, reason, math.nan
+
+
+def faster(speed: float, wanted: float, dt: float, acceleration: float = 3.0) -> float:
+    """Return a speed after going on for ``dt`` towards what the driver wants."""
+    return speed + min(max(wanted - speed, -acceleration * dt), acceleration * dt)
 
 
 def measured(pose: Pose, curvature: float, time: float, rng: np.random.Generator) -> Motion:

@@ -32,6 +32,14 @@ class Scenario:
     scanner: Scanner = field(default_factory=Scanner)
     duration: float = 5.0
     """The time after which it ends, s."""
+    unseen: bool = False
+    """Whether it drives where no beam looks: to brake there is right."""
+    restarts_at: float = math.inf
+    """The time at which the controller forgets everything, as a node does that is started again, s."""
+    goes_on: bool = False
+    """Whether the driver goes on as planned when the brake lets go; otherwise the drive ends when the car stands."""
+    says_so: bool = False
+    """Whether he says what he would do, by ``commanded``."""
 
 
 Random = np.random.Generator
@@ -120,6 +128,24 @@ def blind(rng: Random, threat: bool) -> Scenario:
     return replace(scenario, kind="blind", scanner=Scanner(blind_from=rng.uniform(0.3, 2.0)))
 
 
+def backing(rng: Random, threat: bool) -> Scenario:
+    """The car reverses, with the scanner at the front, which does not look there."""
+    return replace(reversing(rng, threat), kind="backing", scanner=Scanner(), unseen=True)
+
+
+def restarting(rng: Random, threat: bool) -> Scenario:
+    """A hall, with a controller that starts again on the way, and a driver who goes on when it lets go."""
+    made = straight(rng, threat)
+    at = rng.uniform(0.0, made.duration - 1.0)
+    return replace(made, kind="restarting", restarts_at=at, goes_on=True, says_so=bool(rng.random() < 0.5))
+
+
+def waiting(rng: Random, threat: bool) -> Scenario:
+    """A walker crosses slowly; the car waits, and the driver, who says so, goes on when it is let go."""
+    made = crossing(rng, threat)
+    return replace(made, kind="waiting", goes_on=True, says_so=True, duration=made.duration + 3.0)
+
+
 KINDS: tuple[Callable[[Random, bool], Scenario], ...] = (
     straight,
     corridor,
@@ -129,6 +155,9 @@ KINDS: tuple[Callable[[Random, bool], Scenario], ...] = (
     overtaking,
     reversing,
     blind,
+    backing,
+    restarting,
+    waiting,
 )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -253,3 +254,33 @@ class TestLoop:
         blind: dict[str, Any] = {"when_blind": Command.WARN}
         assert with_brake(made, np.random.default_rng(0), blind)[0]
         assert not with_brake(made, np.random.default_rng(0), {})[0]
+
+    def test_a_driver_who_goes_on_is_held_before_a_wall_and_let_go_when_it_leaves(self) -> None:
+        """He stands behind what crosses, and is on his way again within half a second of its leaving."""
+        walker = Mover(chain([[4.0, -0.8], [4.0, 0.8]]), (0.0, 0.4))
+        made = Scenario("", True, World(WALL + 40.0, (walker,)), Plan(2.0), PERFECT, duration=6.0, goes_on=True)
+        free_at = (0.8 + OUTLINE[3]) / 0.4
+        released = []
+
+        class Spy(BrakeController):
+            def update(self, now: float, **told: Any) -> Any:
+                decision = super().update(now, **told)
+                released.append((now, decision.command))
+                return decision
+
+        for says_so in (True, False):
+            released.clear()
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(driving, "BrakeController", Spy)
+                collided, braked_at, *_ = with_brake(replace(made, says_so=says_so), np.random.default_rng(0), {})
+            assert not collided
+            assert braked_at < free_at
+            held = [now for now, command in released if command is Command.BRAKE]
+            assert free_at - 0.1 < max(held) < free_at + 0.5
+
+    def test_a_controller_that_starts_again_on_the_way_stops_all_the_same(self) -> None:
+        for at in (0.2, 0.8, 1.2):
+            made = Scenario("", True, World(WALL), Plan(2.0), PERFECT, restarts_at=at, goes_on=True)
+            collided, braked_at, *_ = with_brake(made, np.random.default_rng(0), {})
+            assert not collided
+            assert braked_at < math.inf

@@ -9,7 +9,7 @@ vehicle goes straight on along its last heading.
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -54,17 +54,22 @@ class Pose(NamedTuple):
         return dx * self.cos + dy * self.sin, dy * self.cos - dx * self.sin
 
 
+class Step(NamedTuple):
+    """A point of the path, and the way to it from the one before, m."""
+
+    place: Point
+    way: float
+
+
 class PlannedPath:
     """A path that a vehicle will follow, from where it is now."""
 
     def __init__(self, outline: Outline, path: Any) -> None:
         self._outline = outline
         size = max(outline.x_front - outline.x_rear, outline.y_left - outline.y_right)
-        places = split(led_from_origin(checked_points(path, size), size), size)
-        self._ways = [0.0]
-        for before, place in pairwise(places):
-            self._ways.append(self._ways[-1] + length(place[0] - before[0], place[1] - before[1]))
-        self._poses = poses(places)
+        steps = split(led_from_origin(checked_points(path, size), size), size)
+        self._ways = list(accumulate(step.way for step in steps))
+        self._poses = poses(steps)
         self._reverses = self._poses[1].x < 0.0
 
     def motion(self, speed: Any) -> Motion:
@@ -139,53 +144,53 @@ def checked_points(path: Any, size: float) -> list[Point]:
     return points
 
 
-def led_from_origin(points: list[Point], size: float) -> list[Point]:
+def led_from_origin(points: list[Point], size: float) -> list[Step]:
     """Return the points that lead on from the origin: what they begin off it fades on the way."""
-    led: list[Point] = []
-    way, off = 0.0, points[0]
-    for index, point in enumerate(points):
-        if index > 0:
-            way += length(point[0] - points[index - 1][0], point[1] - points[index - 1][1])
-        share = max(1.0 - way / (FADE * size), 0.0)
+    led = [Step((0.0, 0.0), 0.0)]
+    share, way, off = 1.0, 0.0, points[0]
+    for before, point in pairwise(points):
+        if share > 0.0:
+            way += length(point[0] - before[0], point[1] - before[1])
+            share = max(1.0 - way / (FADE * size), 0.0)
         place = point[0] - off[0] * share, point[1] - off[1] * share
-        if not led or length(place[0] - led[-1][0], place[1] - led[-1][1]) >= SHORTEST * size:
-            led.append(place)
+        step = length(place[0] - led[-1].place[0], place[1] - led[-1].place[1])
+        if step >= SHORTEST * size:
+            led.append(Step(place, step))
     if len(led) < 2:
         raise ValueError("path must lead somewhere: all of its points are in one place")
     return led
 
 
-def split(points: list[Point], size: float) -> list[Point]:
+def split(steps: list[Step], size: float) -> list[Step]:
     """Return the points with two more on each long piece, so that the vehicle turns near its ends."""
-    places = [points[0]]
-    for before, after in pairwise(points):
-        dx, dy = after[0] - before[0], after[1] - before[1]
-        way = length(dx, dy)
+    made = [steps[0]]
+    for (before, _), (place, way) in pairwise(steps):
         if way > LONGEST * size:
-            share = size / way
-            places.append((before[0] + dx * share, before[1] + dy * share))
-            places.append((after[0] - dx * share, after[1] - dy * share))
-        places.append(after)
-    return places
+            dx, dy, share = place[0] - before[0], place[1] - before[1], size / way
+            made.append(Step((before[0] + dx * share, before[1] + dy * share), size))
+            made.append(Step((place[0] - dx * share, place[1] - dy * share), way - 2.0 * size))
+            made.append(Step(place, size))
+        else:
+            made.append(Step(place, way))
+    return made
 
 
-def poses(places: list[Point]) -> list[Pose]:
+def poses(steps: list[Step]) -> list[Pose]:
     """Return the poses at the points. The heading at one lies between those of its two pieces, as on a circle."""
-    side = -1.0 if places[1][0] < 0.0 else 1.0
-    made = [Pose(*places[0], 1.0, 0.0)]
+    side = -1.0 if steps[1].place[0] < 0.0 else 1.0
+    made = [Pose(*steps[0].place, 1.0, 0.0)]
     before, way_before = (1.0, 0.0), 0.0
-    for index in range(1, len(places)):
-        dx, dy = places[index][0] - places[index - 1][0], places[index][1] - places[index - 1][1]
-        way = length(dx, dy)
-        chord = side * dx / way, side * dy / way
+    for index, (place, way) in enumerate(steps[1:], 1):
+        scale = side / way
+        chord = (place[0] - made[-1].x) * scale, (place[1] - made[-1].y) * scale
         if chord[0] * before[0] + chord[1] * before[1] <= 0.0:
-            raise ValueError(f"path turns by 90 degrees or more at {places[index - 1]}: end it there")
+            raise ValueError(f"path turns by 90 degrees or more at {made[-1][:2]}: end it there")
         if index > 1:
             x, y = before[0] * way + chord[0] * way_before, before[1] * way + chord[1] * way_before
-            norm = length(x, y)
-            made[-1] = made[-1]._replace(cos=x / norm, sin=y / norm)
+            scale = 1.0 / length(x, y)
+            made[-1] = made[-1]._replace(cos=x * scale, sin=y * scale)
         _, _, cos, sin = made[-1]
         twice = 2.0 * (chord[0] * cos + chord[1] * sin)
-        made.append(Pose(*places[index], twice * chord[0] - cos, twice * chord[1] - sin))
+        made.append(Pose(*place, twice * chord[0] - cos, twice * chord[1] - sin))
         before, way_before = chord, way
     return made

@@ -53,6 +53,13 @@ struct Pose {
     sin: f64,
 }
 
+/// A point of the path, and the way to it from the one before, m.
+#[derive(Clone, Copy)]
+struct Step {
+    place: [f64; 2],
+    way: f64,
+}
+
 /// Some pieces of a path, and the box around what the outline covers in them: along their chord, m.
 #[derive(Clone, Debug)]
 struct Block {
@@ -84,12 +91,14 @@ impl PlannedPath {
     /// Makes the path of a vehicle from points in its present frame.
     pub(super) fn new(outline: Outline, points: &[[f64; 2]]) -> Result<Self, Error> {
         let size = (outline.x_front - outline.x_rear).max(outline.y_left - outline.y_right);
-        let places = split(&led_from_origin(points, size)?, size);
-        let mut ways = vec![0.0];
-        for pair in places.windows(2) {
-            ways.push(ways[ways.len() - 1] + length(minus(pair[1], pair[0])));
+        let steps = split(led_from_origin(points, size)?, size);
+        let mut ways = Vec::with_capacity(steps.len());
+        let mut way = 0.0;
+        for step in &steps {
+            way += step.way;
+            ways.push(way);
         }
-        let mut path = PlannedPath { outline, poses: poses(&places)?, ways, blocks: Vec::with_capacity(BLOCKS) };
+        let mut path = PlannedPath { outline, poses: poses(&steps)?, ways, blocks: Vec::with_capacity(BLOCKS) };
         let pieces = path.poses.len() - 1;
         let each = pieces.div_ceil(BLOCKS);
         for first in (0..pieces).step_by(each) {
@@ -201,7 +210,7 @@ impl PlannedPath {
 }
 
 /// Returns the points that lead on from the origin, if they begin near it: what they begin off it fades on the way.
-fn led_from_origin(points: &[[f64; 2]], size: f64) -> Result<Vec<[f64; 2]>, Error> {
+fn led_from_origin(points: &[[f64; 2]], size: f64) -> Result<Vec<Step>, Error> {
     if points.len() < 2 {
         return Err(Error::new("path", format!("must have two points or more, got {}", points.len())));
     }
@@ -220,15 +229,19 @@ fn led_from_origin(points: &[[f64; 2]], size: f64) -> Result<Vec<[f64; 2]>, Erro
         );
         return Err(Error::new("path", problem));
     }
-    let (mut led, mut way) = (Vec::with_capacity(points.len() + 4), 0.0);
-    for (index, point) in points.iter().enumerate() {
-        if index > 0 {
+    let mut led = Vec::with_capacity(points.len() + 4);
+    led.push(Step { place: minus(off, off), way: 0.0 });
+    let (mut share, mut way, mut last) = (1.0, 0.0, minus(off, off));
+    for (index, point) in points.iter().enumerate().skip(1) {
+        if share > 0.0 {
             way += length(minus(*point, points[index - 1]));
+            share = (1.0 - way / (FADE * size)).max(0.0);
         }
-        let share = (1.0 - way / (FADE * size)).max(0.0);
         let place = [point[0] - off[0] * share, point[1] - off[1] * share];
-        if led.last().is_none_or(|last| length(minus(place, *last)) >= SHORTEST * size) {
-            led.push(place);
+        let step = length(minus(place, last));
+        if step >= SHORTEST * size {
+            led.push(Step { place, way: step });
+            last = place;
         }
     }
     if led.len() < 2 {
@@ -238,52 +251,53 @@ fn led_from_origin(points: &[[f64; 2]], size: f64) -> Result<Vec<[f64; 2]>, Erro
 }
 
 /// Returns the points with two more on each long piece, so that the vehicle turns near its ends.
-fn split(points: &[[f64; 2]], size: f64) -> Vec<[f64; 2]> {
-    let mut places = vec![points[0]];
-    places.reserve(points.len() + 4);
-    for pair in points.windows(2) {
-        let [dx, dy] = minus(pair[1], pair[0]);
-        let way = length([dx, dy]);
-        if way > LONGEST * size {
-            let share = size / way;
-            places.push([pair[0][0] + dx * share, pair[0][1] + dy * share]);
-            places.push([pair[1][0] - dx * share, pair[1][1] - dy * share]);
-        }
-        places.push(pair[1]);
+fn split(steps: Vec<Step>, size: f64) -> Vec<Step> {
+    if steps.iter().all(|step| step.way <= LONGEST * size) {
+        return steps;
     }
-    places
+    let mut split = vec![steps[0]];
+    for pair in steps.windows(2) {
+        let [Step { place: before, .. }, Step { place, way }] = [pair[0], pair[1]];
+        if way > LONGEST * size {
+            let ([dx, dy], share) = (minus(place, before), size / way);
+            split.push(Step { place: [before[0] + dx * share, before[1] + dy * share], way: size });
+            split.push(Step { place: [place[0] - dx * share, place[1] - dy * share], way: way - 2.0 * size });
+            split.push(Step { place, way: size });
+        } else {
+            split.push(pair[1]);
+        }
+    }
+    split
 }
 
 /// Returns the poses at the points. The heading at one lies between those of its two pieces, as on a circle through it.
-fn poses(places: &[[f64; 2]]) -> Result<Vec<Pose>, Error> {
-    let side = if places[1][0] < 0.0 { -1.0 } else { 1.0 };
-    let mut poses = vec![Pose { x: places[0][0], y: places[0][1], cos: 1.0, sin: 0.0 }];
-    poses.reserve(places.len());
-    let mut before = ([1.0, 0.0], 0.0);
-    for (index, place) in places.iter().enumerate().skip(1) {
-        let [dx, dy] = minus(*place, places[index - 1]);
-        let way = length([dx, dy]);
-        let chord = [side * dx / way, side * dy / way];
-        let ([x, y], way_before) = before;
-        if chord[0] * x + chord[1] * y <= 0.0 {
-            let [x, y] = places[index - 1];
+fn poses(steps: &[Step]) -> Result<Vec<Pose>, Error> {
+    let side = if steps[1].place[0] < 0.0 { -1.0 } else { 1.0 };
+    let mut poses = Vec::with_capacity(steps.len());
+    let mut pose = Pose { x: steps[0].place[0], y: steps[0].place[1], cos: 1.0, sin: 0.0 };
+    let (mut before, mut way_before) = ([1.0, 0.0], 0.0);
+    for (index, Step { place, way }) in steps.iter().enumerate().skip(1) {
+        let scale = side / way;
+        let chord = [(place[0] - pose.x) * scale, (place[1] - pose.y) * scale];
+        if chord[0] * before[0] + chord[1] * before[1] <= 0.0 {
             let problem = format!(
-                "turns by 90 degrees or more at ({x:.3}, {y:.3}), where the vehicle would have to stop: end it there"
+                "turns by 90 degrees or more at ({:.3}, {:.3}), where the vehicle would have to stop: end it there",
+                pose.x, pose.y
             );
             return Err(Error::new("path", problem));
         }
         if index > 1 {
-            let last = poses.len() - 1;
-            let [x, y] = [x * way + chord[0] * way_before, y * way + chord[1] * way_before];
-            let norm = length([x, y]);
-            (poses[last].cos, poses[last].sin) = (x / norm, y / norm);
+            let between = [before[0] * way + chord[0] * way_before, before[1] * way + chord[1] * way_before];
+            let scale = 1.0 / length(between);
+            (pose.cos, pose.sin) = (between[0] * scale, between[1] * scale);
         }
-        let Pose { cos, sin, .. } = poses[poses.len() - 1];
+        poses.push(pose);
         // The last heading is as far beyond the chord as the one before it is short of it.
-        let twice = 2.0 * (chord[0] * cos + chord[1] * sin);
-        poses.push(Pose { x: place[0], y: place[1], cos: twice * chord[0] - cos, sin: twice * chord[1] - sin });
-        before = (chord, way);
+        let twice = 2.0 * (chord[0] * pose.cos + chord[1] * pose.sin);
+        pose = Pose { x: place[0], y: place[1], cos: twice * chord[0] - pose.cos, sin: twice * chord[1] - pose.sin };
+        (before, way_before) = (chord, *way);
     }
+    poses.push(pose);
     Ok(poses)
 }
 
