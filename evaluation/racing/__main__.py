@@ -43,13 +43,6 @@ SETTINGS: dict[str, tuple[Callable[[ScanTTC], BrakeController], bool]] = {
 }
 """The settings that are compared, and whether they are given the line that the driver follows."""
 
-CHOSEN_ON = ("Spielberg", "berlin")
-"""The courses on which the settings were chosen; the others are unseen data."""
-
-
-def seen(name: str) -> str:
-    return name if name in CHOSEN_ON else f"{name} (unseen)"
-
 
 def laps_table(outcomes: Sequence[tuple[str, Outcome]], laps: float) -> Report:
     """Make the table of laps: a row for each setting and course, onsets at each speed."""
@@ -59,7 +52,7 @@ def laps_table(outcomes: Sequence[tuple[str, Outcome]], laps: float) -> Report:
         for where in dict.fromkeys(each.course for _, each in outcomes):
             mine = {each.speed: each for name, each in outcomes if name == setting and each.course == where}
             cells = [cell(mine[speed], laps) if speed in mine else "-" for speed in speeds]
-            rows.append([setting, seen(where), *cells])
+            rows.append([setting, where, *cells])
     legend = (
         f"{laps:g} laps. Times that it began to brake; with the laps that it drove where it did not finish, and "
         "'hit' where that ended it."
@@ -81,7 +74,7 @@ def random_table(outcomes: Sequence[tuple[str, Outcome]]) -> Report:
             hit = [each for each in mine if each.hits]
             speeds = ", ".join(f"{each.hit_speed:.1f}" for each in hit) or "-"
             braked = f"{100.0 * np.mean([each.braked for each in mine]):.0f} %"
-            rows.append([setting, seen(where), str(len(mine)), str(len(hit)), speeds, braked])
+            rows.append([setting, where, str(len(mine)), str(len(hit)), speeds, braked])
     legend = "From standstill, up to 6 m/s, for 20 s or until it stands for 3 s. Speeds of hits in m/s."
     columns = ["setting", "course", "drives", "hits", "at", "frames braked"]
     return Report("Steering at random", legend, columns, rows)
