@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.bags import Cloud, Odom, write
 from ttc_fast import EstimateThreshold, IttcThreshold, StoppingDistance, SweptPathThreshold
+from ttc_fast.brake import Reason
 from ttc_fast.cli import main
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.replay import Replay, Settings, sample
@@ -51,7 +52,8 @@ def test_parameters_of_nodes_serve_a_table(
     assert replay.threshold == replay.summary.threshold == 0.9
     assert replay.summary.assumed.startswith(f"{name}(threshold=0.9) of the file needs a scan")
     assert replay.summary.assumed.endswith("EstimateThreshold(threshold=0.9) takes its place here")
-    first = next(row for row in rows if row.criterion == "EstimateThreshold" and row.command == 2)
+    first = next(row for row in rows if row.reason is Reason.CRITERION)
+    assert first.criterion == "EstimateThreshold"
     assert first.ttc < 0.9
     assert main(["replay", str(table), "--config", str(tmp_path / "car.yaml"), "--rows", "0"]) == 0
     assert f"ASSUMED     {name}(threshold=0.9) of the file" in capsys.readouterr().out
