@@ -323,8 +323,9 @@ class BrakeController:
         points : array_like, shape (N, 2 or more), optional
             A cloud in the vehicle's frame, as ``path`` reads it, m.
         stamp : float, optional
-            Time of the measurement, s; for a scan that of the first beam. Scans and clouds need it. A frame whose stamp
-            is not newer than the last one's, or lies more than 0.1 s in the future, is counted and ignored.
+            Time of the measurement, s; for a scan that of the first beam. Scans and clouds need it. A scan whose stamp
+            is not newer than that of the last scan, a cloud likewise, or a frame whose stamp lies more than 0.1 s in
+            the future, is counted and ignored.
         motion : Motion, optional
             Odometry.
         estimate : Estimate, optional
@@ -427,7 +428,9 @@ class BrakeController:
     def _assess(self, frame: Frame) -> Assessed:
         """Assess the threats of a frame, and evaluate them by every criterion."""
         state, assessment = self._state, self._assessment
-        if not state.frame_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
+        is_cloud = frame.points is not None
+        newest_at = state.newest_at if is_cloud is state.is_cloud else state.other_newest_at
+        if not newest_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
             return IGNORED
         threats = assessment.assess(frame)
         if threats.status is NO_DATA or threats.returns < self._settings.min_returns:
@@ -484,11 +487,13 @@ class BrakeController:
             state.ignored += 1
             return
         state.frames += 1
-        state.frame_at = stamp = frame.stamp
+        state.turn_to(frame.points is not None)
+        state.newest_at = stamp = frame.stamp
+        state.frame_at = max(state.frame_at, stamp)  # of two sensors, one may need longer
         if assessed is BLIND:
             state.blind += 1
         else:
-            state.seen_at = stamp
+            state.seen_at = max(state.seen_at, stamp)
             if frame.ranges is not None:
                 state.scan_at = stamp
             elif frame.points is not None:
@@ -505,18 +510,22 @@ class BrakeController:
         state.rests_in_contact, state.unseen = assessed.rests_in_contact, assessed.unseen
         trigger, release = self._trigger.quorum(state.period), self._release.quorum(state.period)
         now, hold, without = frame.now, self._settings.hold, assessed.without_estimates
+        others = 0
+        if state.other_voted_at >= now - self._settings.sensor_timeout:
+            others, _ = self._release.quorum(state.other_period)
         if without is not None:
             if state.brake_without_estimates is None:
                 state.brake_without_estimates = replace(state.brake)
             state.brake_without_estimates.vote(
-                now, without.triggers, without.clear, without.motion, trigger, release, hold
+                now, without.triggers, without.clear, without.motion, trigger, release, hold, others
             )
-        state.brake.vote(now, assessed.triggers, assessed.clear, assessed.motion, trigger, release, hold)
+        state.brake.vote(now, assessed.triggers, assessed.clear, assessed.motion, trigger, release, hold, others)
 
     def _keep_time(self, stamp: float) -> None:
-        """Learn how often a frame comes. After a gap, the votes on release begin anew."""
+        """Learn how often such a frame comes. After a gap, its votes on release begin anew."""
         state, timeout = self._state, self._settings.sensor_timeout
-        since, state.evaluated_at = stamp - state.evaluated_at, stamp
+        since, state.voted_at = stamp - state.voted_at, stamp
+        state.evaluated_at = max(state.evaluated_at, stamp)
         if since > timeout:
             for brake in state.brakes:
                 brake.release_votes = 0

@@ -37,15 +37,27 @@ class Brake:
     braked_from: Motion = STANDING
     """The fastest motion of the frames that had a cause, since the first of them."""
     trigger_votes: int = 0
-    """The votes on braking, the newest in the lowest bit."""
+    """The votes on braking of frames like the newest, scans or clouds; the newest is in the lowest bit."""
     release_votes: int = 0
-    """The votes on release, the newest in the lowest bit."""
+    """Their votes on release, the newest in the lowest bit."""
+    other_trigger_votes: int = 0
+    """The votes on braking of the other frames: of the clouds where the newest is a scan, or of the scans."""
+    other_release_votes: int = 0
+    """Their votes on release."""
 
     def brake(self, now: float, motion: Motion) -> None:
         """Begin to brake, or begin the hold time again."""
         if not self.on or motion.over_ground > self.braked_from.over_ground:
             self.braked_from = motion
-        self.on, self.triggered_at, self.release_votes = True, now, 0
+        self._hold(now)
+
+    def _hold(self, now: float) -> None:
+        self.on, self.triggered_at, self.release_votes, self.other_release_votes = True, now, 0, 0
+
+    def turn(self) -> None:
+        """Let the votes of scans and of clouds change places."""
+        self.trigger_votes, self.other_trigger_votes = self.other_trigger_votes, self.trigger_votes
+        self.release_votes, self.other_release_votes = self.other_release_votes, self.release_votes
 
     def vote(
         self,
@@ -56,8 +68,13 @@ class Brake:
         trigger: Quorum,
         release: Quorum,
         hold: float,
+        others: int,
     ) -> None:
-        """Count the two votes of a frame, and begin or end braking. ``motion`` is what it was evaluated for."""
+        """Count the two votes of a frame, and begin or end braking.
+
+        ``motion`` is what it was evaluated for. ``others`` is how many votes on release are needed of the other frames,
+        of which the newest has to be clear too; 0 where there are none.
+        """
         needed, counts = trigger
         before = self.trigger_votes & counts
         self.trigger_votes = votes = (before << 1 | triggers) & counts
@@ -67,13 +84,15 @@ class Brake:
             if not (self.on or before) or motion.over_ground > self.braked_from.over_ground:
                 self.braked_from = motion
             if self.on or votes.bit_count() >= needed:
-                self.on, self.triggered_at, self.release_votes = True, now, 0
+                self._hold(now)
         elif self.on:
             if motion is not None and not any(self.braked_from[:3]):  # it began to brake when no motion was known
                 self.braked_from = motion
-            # The votes of older frames let nothing go that this one shows.
+            # The votes of older frames let nothing go that this one shows, nor what the other sensor shows.
             if clear and now - self.triggered_at >= hold and self.release_votes.bit_count() >= release[0]:
-                self.on, self.trigger_votes = False, 0
+                other = self.other_release_votes
+                if not others or (other & 1 and other.bit_count() >= others):
+                    self.on, self.trigger_votes, self.other_trigger_votes = False, 0, 0
 
 
 @dataclass(slots=True)
@@ -87,7 +106,19 @@ class ControllerState:
     evaluated_at: float = -math.inf
     """Stamp of the newest frame that was evaluated: it was not blind, and its closing speeds were known."""
     period: float = math.inf
-    """The usual time between two evaluated frames, s."""
+    """The usual time between two evaluated frames like the newest, scans or clouds, s."""
+    is_cloud: bool = False
+    """Whether the newest frame is a cloud. Scans and clouds are counted each for themselves."""
+    newest_at: float = -math.inf
+    """Stamp of the newest frame like the newest."""
+    voted_at: float = -math.inf
+    """Stamp of the newest of these that was evaluated."""
+    other_period: float = math.inf
+    """``period`` of the other frames."""
+    other_newest_at: float = -math.inf
+    """``newest_at`` of the other frames."""
+    other_voted_at: float = -math.inf
+    """``voted_at`` of the other frames."""
     scan_at: float = -math.inf
     """Stamp of the newest scan that was not blind."""
     cloud_at: float = -math.inf
@@ -127,6 +158,17 @@ class ControllerState:
         """Whether the controller brakes. An estimate can only add."""
         without = self.brake_without_estimates
         return self.brake.on or (without is not None and without.on)
+
+    def turn_to(self, clouds: bool) -> None:
+        """Let a cloud be the newest frame, or a scan."""
+        if clouds is self.is_cloud:
+            return
+        self.is_cloud = clouds
+        self.period, self.other_period = self.other_period, self.period
+        self.newest_at, self.other_newest_at = self.other_newest_at, self.newest_at
+        self.voted_at, self.other_voted_at = self.other_voted_at, self.voted_at
+        for brake in self.brakes:
+            brake.turn()
 
     @property
     def brakes(self) -> tuple[Brake, ...]:
