@@ -5,7 +5,6 @@ It needs the extra ``gym``: ``pip install 'ttc-fast[gym]'``.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from ttc_fast._core import ScanSweptPath, ScanTTC
 from ttc_fast.brake.criteria import StoppingDistance
 from ttc_fast.brake.decision import Command
+from ttc_fast.brake.unseen import NARROW, THIRD
 from ttc_fast.status import Status
 
 try:
@@ -108,7 +108,7 @@ class _Filter:
         self._read, self._agent = read, agent
         self._wheelbase, self._speed_index, self._steering_index = wheelbase, speed_index, steering_index
         self._unseen_speed = unseen_speed
-        self._sees_behind = sees_behind(scan)
+        self._unseen_ahead, self._unseen_behind = unseen(self._path, 1.0), unseen(self._path, -1.0)
 
     def columns(self, actions: Any, rows: int | None) -> Any:
         """Return the last axis of the vehicle's actions as a view, of shape (B, ...)."""
@@ -144,8 +144,9 @@ class _Filter:
         clearance = ahead.min(axis=0)
         limit = self.fastest(clearance)
         blind = status[:count] == Status.NO_DATA
-        unseen = np.zeros(count, np.bool_) if self._sees_behind else (wanted < 0.0) | (speed < -0.05)
-        limit = np.where(blind, 0.0, np.where(unseen, np.minimum(limit, self._unseen_speed), limit))
+        into_unseen = self._unseen_ahead & ((wanted > 0.0) | (speed > 0.05))
+        into_unseen |= self._unseen_behind & ((wanted < 0.0) | (speed < -0.05))
+        limit = np.where(blind, 0.0, np.where(into_unseen, np.minimum(limit, self._unseen_speed), limit))
         must = np.abs(speed) > np.where(np.abs(speed) < 0.05, np.inf, limit)
         allowed = np.where(must, 0.0, limit)
         clipped = np.clip(wanted, -allowed, allowed)
@@ -201,7 +202,7 @@ class SafetyFilter(Wrapper):  # type: ignore[misc]
     agent : int, default 0
         Which agent is filtered, where observations and actions have several.
     unseen_speed : float, default 0.0
-        How fast the vehicle may reverse, m/s, if the scanner does not look behind it.
+        How fast the vehicle may go where the scanner does not look, m/s: back with a scanner that sees only the front.
 
     Raises
     ------
@@ -298,9 +299,7 @@ class VectorSafetyFilter(VectorWrapper):  # type: ignore[misc]
         return self._newest, reward, terminated, truncated, {**info, "safety": said}
 
 
-def sees_behind(scan: ScanTTC) -> bool:
-    """Return whether a beam of a scanner looks straight behind its vehicle, to about 10 degrees."""
-    _, _, yaw = scan.mount
-    away = np.abs(np.angle(np.exp(1j * (np.asarray(scan.angles) + yaw - math.pi))))
-    seen = np.ones(len(away), np.bool_) if scan.mask is None else ~np.asarray(scan.mask)
-    return bool((away[seen] < 0.175).any())
+def unseen(path: ScanSweptPath, speed: float) -> bool:
+    """Return whether no beam looks at a part of the path straight ahead or back that is too wide to be left unseen."""
+    rear, front, right, left = path.scan.outline or (0.0, 0.0, 0.0, 0.0)
+    return path.unseen(speed, ahead=1.0) > min(NARROW, (front - rear) * THIRD, (left - right) * THIRD)

@@ -170,6 +170,16 @@ def test_it_does_not_reverse_where_it_does_not_look() -> None:
     assert info["safety"]["speed_limit"] == pytest.approx(0.3)
 
 
+@pytest.mark.parametrize("blinded", [{"mask": np.abs(ANGLES) < 0.6}, {"mount": (-0.1, 0.0, math.pi)}], ids=str)
+def test_it_does_not_drive_ahead_where_it_does_not_look(blinded: dict[str, Any]) -> None:
+    behind = ScanTTC(ANGLES[0], VIEW / (BEAMS - 1), BEAMS, range_max=30.0, outline=OUTLINE, **blinded)
+    env = SafetyFilter(Box(), behind)
+    env.reset(seed=1)
+    for _ in range(60):
+        env.step(np.array([0.0, 5.0]))
+    assert env.unwrapped.speed == 0.0
+
+
 @pytest.mark.parametrize("several", [False, True])
 def test_several_environments_are_as_each_alone(several: bool) -> None:
     count = 5
