@@ -221,6 +221,17 @@ def test_odometry_without_stamps_counts_as_measured_when_it_came(tmp_path: Path)
     assert lost == ""
 
 
+def test_odometry_that_comes_late_does_not_replace_newer_one(tmp_path: Path) -> None:
+    items: list[Recorded] = []
+    for item in approach():
+        items.append(item)
+        if isinstance(item, Odom):
+            items.append(Odom(item.recorded - 0.3, item.recorded, speed=0.0))
+    rows, log, _ = replayed(tmp_path, items)
+    assert [row.speed for row in rows] == [1.0] * 60
+    assert "is older than what came before" in log.summary.odd[0]
+
+
 @pytest.mark.parametrize("ahead", [-3e8, 3600.0])
 def test_two_clocks_that_cannot_be_compared_are_named_and_one_is_chosen(ahead: float, tmp_path: Path) -> None:
     items = [

@@ -64,6 +64,19 @@ def test_a_time_between_beams_that_is_measured_anew_changes_nothing(make: Make) 
     assert steady[-1] != "NO_MOTION"
 
 
+def test_a_first_scan_of_one_reading_does_not_keep_the_others_out(make: Make) -> None:
+    """The range rate goes on by angle, from one beam to many."""
+    node = make(use_range_rate=True)
+    node.odometry(1.0)
+    node.scan([9.0], angle_max=GEOMETRY["angle_min"])
+    for _ in range(8):
+        node.now += PERIOD
+        node.odometry(1.0)
+        seen = node.scan(np.full(BEAMS, 10.0))
+    assert "dropped" not in said(node)
+    assert (seen.brake, reason(node)) == (False, "CLEAR")
+
+
 @pytest.mark.parametrize("increment", [-1e-4, math.inf, 153333.3, 0.1])
 def test_a_senseless_time_between_beams_is_taken_for_0_and_said_once(
     make: Make, increment: float, capfd: pytest.CaptureFixture[str]
@@ -463,6 +476,28 @@ def test_odometry_of_another_clock_is_named_and_not_used(make: Make, ahead: floa
     assert seen.brake is True
     assert counted(node, "odd: /odom, clock") == 8
     assert "use_stamps" in said(node)
+
+
+def test_odometry_that_comes_late_does_not_replace_newer_one(make: Make) -> None:
+    """What came late says that the vehicle stood."""
+    node = make(**VOTES)
+    for _ in range(8):
+        node.now += PERIOD
+        node.odometry(9.0)
+        node.odometry(0.0, stamp=node.now - 0.05)
+        seen = node.scan(np.full(BEAMS, 10.0))
+    assert seen.brake is True
+    assert counted(node, "odd: /odom, order") == 8
+
+
+def test_one_stamp_of_odometry_in_the_future_holds_up_none_after_it(make: Make) -> None:
+    node = make(**VOTES)
+    for i in range(8):
+        node.now += PERIOD
+        node.odometry(1.0, stamp=node.now + 0.9 * (i == 2))
+        assert node.scan(np.full(BEAMS, 10.0)).brake is False
+    assert counted(node, "odd: /odom, clock") == 1
+    assert "odd: /odom, order" not in said(node)
 
 
 # Static transforms

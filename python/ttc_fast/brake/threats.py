@@ -319,10 +319,13 @@ def range_rate_by_angle(range_rate: RangeRate, scan: ScanTTC) -> RangeRate:
 def nearest_beams(scan: ScanTTC, other: ScanTTC) -> NDArray[np.intp]:
     """Return for each beam of another scanner the beam of this one that is nearest in direction.
 
-    It is -1 where the nearest one is more than half an increment away.
+    It is -1 where the nearest one is more than half an increment away. A scanner of one beam has no increment, and that
+    beam is nearest to its own direction alone.
     """
     angles = scan.angles
-    increment = (angles[-1] - angles[0]) / (len(angles) - 1) if len(angles) > 1 else math.inf
+    if len(angles) == 1:
+        return np.where(other.angles == angles[0], 0, -1)
+    increment = (angles[-1] - angles[0]) / (len(angles) - 1)
     step, along = abs(increment), (other.angles - angles[0]) * math.copysign(1.0, increment)
     beams = (np.mod(along + step / 2.0, 2.0 * math.pi) / step).astype(np.intp)
     return np.where(beams < len(angles), beams, -1)

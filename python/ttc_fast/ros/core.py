@@ -146,16 +146,17 @@ class BrakeNode:
         reader = self._odometry.get(topic)
         if reader is None:
             reader = self._odometry[topic] = OdometryReader(topic, self._odd)
+        measured = stamp if stamp and self.settings.use_stamps else now
+        early, late = measured - now - CLOCK_TOLERANCE, now - measured - self._motion_timeout
+        if math.isfinite(measured) and (early > 0.0 or late > 0.0):
+            self._other_clock(topic, measured - now, "it is not used")
+            return
         try:
-            measured = stamp if stamp and self.settings.use_stamps else now
             twist = reader.read(measured, pose, speed, yaw_rate, lateral_speed)
         except UNREADABLE as error:
             self.dropped("odometry", error)
             return
-        early, late = measured - now - CLOCK_TOLERANCE, now - measured - self._motion_timeout
-        if early > 0.0 or late > 0.0:
-            self._other_clock(topic, measured - now, "it is not used")
-        elif twist is not None and (topic == self._moved_by or self._is_chosen(topic, now)):
+        if twist is not None and (topic == self._moved_by or self._is_chosen(topic, now)):
             self._moved_at = now
             self._motion = self._unjudged = Motion(twist.speed, twist.yaw_rate, twist.lateral_speed, measured)
 

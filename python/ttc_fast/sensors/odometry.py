@@ -21,6 +21,7 @@ from collections import deque
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
+from ttc_fast.sensors.clock import SET_BACK
 from ttc_fast.sensors.oddities import RefusedError, Tally
 
 if TYPE_CHECKING:
@@ -115,6 +116,8 @@ class OdometryReader:
         self._odd = Tally() if odd is None else odd
         self._poses: deque[tuple[float, Pose]] = deque()
         self._compared = TwistCheck()
+        self._newest = -math.inf
+        """The stamp of the newest odometry, s."""
 
     def read(
         self,
@@ -124,10 +127,17 @@ class OdometryReader:
         yaw_rate: float = 0.0,
         lateral_speed: float = 0.0,
     ) -> Twist | None:
-        """Return the twist; None where it is unknown. Raise RefusedError if a number is not finite."""
+        """Return the twist; None where it is unknown, or where newer odometry has come before.
+
+        Raise RefusedError if a number is not finite.
+        """
         if not math.isfinite(stamp + (speed or 0.0) + yaw_rate + lateral_speed):
             numbers = f"speed {speed}, yaw rate {yaw_rate}, lateral speed {lateral_speed}"
             raise RefusedError(f"is not finite: {numbers}, stamp {stamp}")
+        if 0.0 < self._newest - stamp <= SET_BACK:
+            self._odd.count(f"{self._name}, order", "is older than what came before, and is not used")
+            return None
+        self._newest = stamp
         said = None if speed is None else Twist(speed, yaw_rate, lateral_speed)
         if pose is None:
             return said
