@@ -101,6 +101,7 @@ def test_the_least_distance_is_one_now_and_included(ttc: Any, estimator: Any, dt
     assert (above.ttc, above.pairs, above.matches, above.support) == (INF, 0, 2, 0)
     assert math.isnan(above.scale)
     assert math.isnan(above.spread)
+    assert above.ttc_interval is None
 
 
 @every_estimator
@@ -128,6 +129,7 @@ def test_two_matches_have_a_scale_and_no_spread(ttc: Any, estimator: Any) -> Non
     seen = ttc.ttc_from_keypoints(SQUARE[:2], 2.0 * SQUARE[:2], DT, estimator=estimator)
     assert seen.scale == 2.0
     assert math.isnan(seen.spread)
+    assert seen.ttc_interval is None
 
 
 @every_estimator
@@ -180,14 +182,65 @@ def test_positions_on_pixels_blind_the_median_and_not_the_consensus(ttc: Any) ->
     assert mean_error(ttc, MedianRatio(), grid=3.6)[0] < -8e-3
 
 
-def test_the_spread_is_the_error(ttc: Any) -> None:
-    """Over many draws, the scales of clean matches scatter as the spread says."""
-    seen = [
-        ttc.ttc_from_keypoints(*body_and_background(0.0, seed=seed), DT, estimator=LeastSquares())
-        for seed in range(200)
-    ]
-    scatter = np.std([each.scale for each in seen])
-    assert np.mean([each.spread for each in seen]) == pytest.approx(scatter, rel=0.15)
+def strained(strain: float, seed: int) -> tuple[Any, Any, float]:
+    """A car that grows by a hundredth while its picture is strained: in scale, stretch and shear alike."""
+    random = np.random.default_rng(seed)
+    before, now = body_and_background(0.0, seed=seed)
+    x, y = (before - 600.0).T
+    scale, stretch, shear = random.normal(0.0, strain, 3)
+    return before, now + np.column_stack([(scale + stretch) * x + shear * y, (scale - stretch) * y + shear * x]), 1.01
+
+
+def holds(seen: Any, scale: float) -> bool:
+    low, high = seen.ttc_interval
+    assert 0.0 <= low <= seen.ttc <= high
+    return bool(low <= DT / (scale - 1.0) <= high)
+
+
+@pytest.mark.parametrize("strain", [0.0, 0.5e-3, 1e-3])
+@pytest.mark.parametrize("estimator", [LeastSquares(), Consensus()], ids=repr)
+def test_the_truth_is_in_the_interval_even_where_neighbours_err_alike(ttc: Any, estimator: Any, strain: float) -> None:
+    inside, halves = [], []
+    for seed in range(100):
+        *positions, scale = strained(strain, seed)
+        seen = ttc.ttc_from_keypoints(*positions, DT, estimator=estimator)
+        inside.append(holds(seen, scale))
+        halves.append(1.645 * seen.spread)
+    assert 0.80 <= np.mean(inside) <= 0.99
+    assert np.median(halves) < 1.5e-3 + 4.0 * strain
+
+
+def test_stretch_and_shear_widen_the_spread_and_a_turn_does_not(ttc: Any) -> None:
+    before, now = body_and_background(0.0, noise=0.1)
+    x, y = (before - 600.0).T
+
+    def spread(dx: Any, dy: Any) -> float:
+        shifted = now + 2e-3 * np.column_stack([dx, dy])
+        return float(ttc.ttc_from_keypoints(before, shifted, DT, estimator=LeastSquares()).spread)
+
+    plain = spread(0 * x, 0 * y)
+    assert spread(-y, x) == pytest.approx(plain, rel=1e-2)
+    assert spread(x, -y) > 4.0 * plain
+    assert spread(y, x) > 4.0 * plain
+
+
+def test_the_interval_ends_where_the_scale_is_off_by_its_error(ttc: Any) -> None:
+    seen = ttc.ttc_from_keypoints(*body_and_background(0.0), DT)
+    half = 1.6448536269514722 * seen.spread
+    ends = (DT / (seen.scale + half - 1.0), DT / (seen.scale - half - 1.0))
+    assert seen.ttc_interval == pytest.approx(ends, rel=1e-9)
+    still = ttc.ttc_from_keypoints(*body_and_background(0.0, noise=8.0, seed=4), DT, estimator=LeastSquares())
+    assert still.ttc_interval[1] == INF
+    shrinking = ttc.ttc_from_keypoints(2.0 * SQUARE, SQUARE, DT)
+    assert shrinking.ttc_interval == (INF, INF)
+
+
+def test_matches_on_one_line_show_no_stretch_and_have_a_wide_interval(ttc: Any) -> None:
+    random = np.random.default_rng(2)
+    before = np.column_stack([random.uniform(500.0, 700.0, 60), np.full(60, 200.0)])
+    now = (before - 600.0) * 1.01 + 600.0 + random.normal(0.0, 0.2, before.shape)
+    seen = ttc.ttc_from_keypoints(before, now, DT, estimator=LeastSquares())
+    assert 1e-3 < seen.spread < 5e-3
 
 
 def test_a_seed_decides_and_nothing_else(ttc: Any) -> None:

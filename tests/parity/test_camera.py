@@ -18,7 +18,7 @@ from tests.support.camera_strategies import WORLDS, MatchCase, matches
 from ttc_fast import MedianRatio, reference
 
 NAMES = [field.name for field in fields(reference.KeypointTTC)]
-SUMMED = ("ttc", "scale", "spread")
+SUMMED = ("ttc", "scale", "spread", "ttc_interval")
 DT = 0.1
 
 few_examples = hypothesis_settings(max_examples=100, deadline=None)
@@ -40,7 +40,10 @@ def assert_same(kernel: Any, specified: Any, estimator: Any) -> None:
     elif not math.isinf(specified.ttc) and specified.ttc < 1e6:
         assert same(kernel.ttc, specified.ttc, 1e-6)
     # Of matches that agree to the last bit, what is left of their disagreement is rounding.
-    assert same(kernel.spread, specified.spread, 1e-6, 1e-11 * abs(specified.scale))
+    assert same(kernel.spread, specified.spread, 1e-6, 1e-10 * abs(specified.scale))
+    assert (kernel.ttc_interval is None) == (specified.ttc_interval is None) == math.isnan(kernel.spread)
+    for end, expected in zip(kernel.ttc_interval or (), specified.ttc_interval or (), strict=True):
+        assert same(DT / end, DT / expected, 1e-6, 1e-9 * abs(specified.scale)) if end and expected else end == expected
 
 
 def near_one(kernel: Any, specified: Any, name: str) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import ttc_fast
-from evaluation.camera import estimated, estimators
+from evaluation.camera import SIMULATED, estimated, estimators, inside, recorded_answers, simulated_answers
 from tests.support.common import both_dtypes
 from ttc_fast import (
     Consensus,
@@ -88,6 +88,20 @@ def test_the_default_beside_the_plain_median(errors: dict[str, dict[str, list[fl
         assert len(found) == len(plain) == 19
         assert np.median(found) <= limit * np.median(plain), detector
     assert [round(float(np.median(errors["MedianRatio()"][each])), 3) for each in limits] == [0.090, 0.089, 0.441]
+
+
+@pytest.mark.parametrize(("detector", "half"), [("SIFT", 0.2), ("AKAZE", 0.2), ("ORB", 0.7)])
+def test_the_truth_is_in_the_interval(data: Path, detector: str, half: float) -> None:
+    """What the documentation says: 12 or 13 of 14 pairs, by an interval that is not so wide as to say nothing."""
+    answers = recorded_answers(data, detector)
+    assert len(answers) == 14
+    assert 12 <= sum(inside(answers)) <= 13
+    assert np.median([1.645 * each.seen.spread * each.ttc / 0.1 for each in answers]) < half
+
+
+@pytest.mark.parametrize("kind", SIMULATED)
+def test_the_truth_is_in_the_interval_of_simulated_cars(kind: str) -> None:
+    assert 0.80 <= np.mean(inside(simulated_answers(kind))) <= 0.97
 
 
 def test_published_times(data: Path) -> None:

@@ -129,10 +129,13 @@ settings_class! {
 /// scale : float
 ///     Size of the thing now over its size before: distance before over distance now. NaN with TOO_FEW and NO_DATA.
 /// spread : float
-///     Standard error of the scale, as that of a least-squares fit to the matches in support: the root mean square
-///     distance of a match from where the scale puts it, per coordinate, over the root of the sum of squared distances
-///     from their centre. Mismatches count in full, unless the estimator leaves them out: a large one says that the
-///     matches disagree. NaN with fewer than three matches in support.
+///     Standard error of the scale. It starts from that of a least-squares fit, the root mean square distance of a match
+///     in support from where the scale puts it, per coordinate, over the root of the sum of squared distances from their
+///     centre. It is larger where the matches show stretch and shear, because then their errors are not independent.
+///     Mismatches count in full, unless the estimator leaves them out. NaN with fewer than three matches in support.
+/// ttc_interval : tuple of float or None
+///     Lower and upper end of the 90 % interval of ``ttc``, s, in [0, inf]: the times of scales ``1.645 spread`` above
+///     and below. The upper end is inf where the thing may not grow. None where ``spread`` is NaN.
 /// pairs : int
 ///     Ratios of distances that the scale rests on; 0 for an estimator that needs none.
 /// matches : int
@@ -143,7 +146,9 @@ settings_class! {
 pub struct KeypointTTC(camera::KeypointTtc);
 
 results! {
-    KeypointTTC: camera::KeypointTtc { ttc "s", status "", scale "", spread "", pairs "", matches "", support "" }
+    KeypointTTC: camera::KeypointTtc {
+        ttc "s", status "", scale "", spread "", ttc_interval "s", pairs "", matches "", support ""
+    }
 }
 
 /// Time-to-collision by how many times as large a thing looks as ``dt`` seconds before.
@@ -245,7 +250,7 @@ pub fn ttc_from_heights(
 /// Returns
 /// -------
 /// KeypointTTC
-///     ``ttc``, ``status``, ``scale``, ``spread``, ``pairs``, ``matches`` and ``support``.
+///     ``ttc``, ``status``, ``scale``, ``spread``, ``ttc_interval``, ``pairs``, ``matches`` and ``support``.
 ///
 /// Raises
 /// ------
@@ -261,7 +266,10 @@ pub fn ttc_from_heights(
 /// ratio is the root of the quotient of the squared distances, in float64. TTC = dt / (scale - 1) [Udacity's sensor
 /// fusion course].
 ///
-/// The scale is that of the points themselves: the far end of a long body grows less than the near one.
+/// The scale is that of the points themselves: the far end of a long body grows less than the near one. It is the mean
+/// over ``dt``, and neither ``ttc`` nor its interval allows for a closing speed that changes meanwhile.
+///
+/// ``spread`` and its constants are explained in docs/camera.md, with how often the truth was inside.
 ///
 /// Examples
 /// --------

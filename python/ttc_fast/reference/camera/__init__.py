@@ -4,6 +4,7 @@
 - ``pairs``: how many times as far apart each pair of them is now
 - ``similarity`` and ``consensus``: which matches move as one body
 - ``estimator``: from matches to one scale
+- ``spread``: the standard error of the scale
 """
 
 from __future__ import annotations
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
     from ttc_fast.reference.camera.estimator import ScaleEstimator
 
 
+QUANTILE = 1.6448536269514722
+"""Half a 90 % interval in standard deviations of a normal number."""
+
+
 @dataclass(frozen=True)
 class KeypointTTC:
     """Time-to-collision from matched keypoints, and the scale that it rests on."""
@@ -33,6 +38,8 @@ class KeypointTTC:
     """The size in the picture now over the size before. NaN without a scale."""
     spread: float
     """The standard error of the scale. NaN with fewer than three matches."""
+    ttc_interval: tuple[float, float] | None
+    """Lower and upper end of the 90 % interval, s, in [0, inf]. None without a spread."""
     pairs: int
     """The number of ratios of distances that the scale rests on; 0 for an estimator that uses none."""
     matches: int
@@ -99,13 +106,15 @@ def ttc_from_keypoints(
     estimator = checked_scale_estimator(estimator)
     before, now = matches(previous, current)
     if len(before) == 0:
-        return KeypointTTC(math.inf, Status.NO_DATA, math.nan, math.nan, 0, 0, 0)
+        return KeypointTTC(math.inf, Status.NO_DATA, math.nan, math.nan, None, 0, 0, 0)
     found = estimate(estimator, before, now, min_distance)
     if found is None:
-        return KeypointTTC(math.inf, Status.TOO_FEW, math.nan, math.nan, 0, len(before), 0)
+        return KeypointTTC(math.inf, Status.TOO_FEW, math.nan, math.nan, None, 0, len(before), 0)
     ttc = _time(found.scale, dt)
     status = Status.CLOSING if ttc < math.inf else Status.NOT_CLOSING
-    return KeypointTTC(ttc, status, found.scale, found.spread, found.pairs, len(before), found.support)
+    half = QUANTILE * found.spread
+    interval = None if math.isnan(half) else (_time(found.scale + half, dt), _time(found.scale - half, dt))
+    return KeypointTTC(ttc, status, found.scale, found.spread, interval, found.pairs, len(before), found.support)
 
 
 def _time(scale: float, dt: float) -> float:

@@ -11,7 +11,8 @@ import numpy as np
 from ttc_fast._core import Consensus, LeastSquares, MedianRatio, TrimmedMeanRatio
 from ttc_fast.reference.camera.consensus import inliers
 from ttc_fast.reference.camera.pairs import ratios
-from ttc_fast.reference.camera.similarity import centred, fitted, squared_residuals
+from ttc_fast.reference.camera.similarity import fitted
+from ttc_fast.reference.camera.spread import spread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -69,19 +70,4 @@ def estimate(estimator: ScaleEstimator, before: Doubles, now: Doubles, min_dista
 def _estimate_by(before: Doubles, now: Doubles, every: Doubles, scale: float) -> Estimate | None:
     if math.isnan(scale):
         return None
-    return Estimate(scale, _spread(before, now, scale), len(every), len(before))
-
-
-def _spread(before: Doubles, now: Doubles, scale: float) -> float:
-    """Find the standard error of a scale.
-
-    It is the distance of the matches from where the scale puts them by the best turn and shift, over the distance
-    between the matches.
-    """
-    matches, freedom = centred(before, now), 2 * len(before) - 4
-    if matches is None or freedom <= 0:
-        return math.nan
-    length = abs(matches.product)
-    turn = matches.product / length * scale if length > 0 else complex(scale)
-    squared = squared_residuals(matches.about(turn), before, now)
-    return math.sqrt(float(squared.sum()) / freedom / matches.size)
+    return Estimate(scale, spread(before, now, scale), len(every), len(before))

@@ -78,12 +78,18 @@ def through(before: Doubles, now: Doubles, i: int, j: int) -> Similarity | None:
     return about(turn, complex(*before[i]), complex(*now[i]))
 
 
-def squared_residuals(similarity: Similarity, before: Doubles, now: Doubles) -> Doubles:
-    """Find the squared distance of each match from where the similarity puts it now."""
+def residuals(similarity: Similarity, before: Doubles, now: Doubles) -> tuple[Doubles, Doubles]:
+    """Find x and y of where the similarity puts each match now, less where the match is."""
     turn, shift = similarity
     px, py = before.T
-    x = turn.real * px - turn.imag * py + shift.real - now[:, 0]
-    y = turn.real * py + turn.imag * px + shift.imag - now[:, 1]
+    x: Doubles = turn.real * px - turn.imag * py + shift.real - now[:, 0]
+    y: Doubles = turn.real * py + turn.imag * px + shift.imag - now[:, 1]
+    return x, y
+
+
+def squared_residuals(similarity: Similarity, before: Doubles, now: Doubles) -> Doubles:
+    """Find the squared distance of each match from where the similarity puts it now."""
+    x, y = residuals(similarity, before, now)
     squared: Doubles = x * x + y * y
     return squared
 

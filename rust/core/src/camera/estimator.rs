@@ -3,7 +3,8 @@
 use super::consensus::Ransac;
 use super::matches::Matches;
 use super::pairs::{Ratio, Rule};
-use super::similarity::{Similarity, spread};
+use super::similarity::Similarity;
+use super::spread::spread;
 use super::{mean, median};
 use crate::error::{Error, count_in, positive};
 use crate::real::Real;

@@ -3,7 +3,7 @@
 //! [`matches`] says which matched keypoints count. An [`estimator`] makes one scale of them: [`median`] is the exact
 //! median of all pairs' ratios, with [`ties`] where many are equal; [`mean`] is their mean; [`similarity`] is a fit to
 //! all matches, and [`consensus`] finds the matches that move as one body. [`pairs`] goes through all pairs, sixteen at
-//! a time.
+//! a time. [`spread`] is the standard error of the scale.
 
 mod consensus;
 mod estimator;
@@ -12,6 +12,7 @@ mod mean;
 mod median;
 mod pairs;
 mod similarity;
+mod spread;
 mod ties;
 
 pub use estimator::Estimator;
@@ -52,6 +53,9 @@ pub fn ttc_from_heights(previous: f64, current: f64, dt: f64) -> Result<f64, Err
     Ok(if grown <= 0.0 { f64::INFINITY } else { previous * (dt / grown) })
 }
 
+/// Half a 90 % interval in standard deviations of a normal number.
+const QUANTILE: f64 = 1.644_853_626_951_472_6;
+
 /// The time for a scale that is a number.
 fn time(scale: f64, dt: f64) -> f64 {
     if scale <= 1.0 { f64::INFINITY } else { dt / (scale - 1.0) }
@@ -68,6 +72,8 @@ pub struct KeypointTtc {
     pub scale: f64,
     /// The standard error of the scale. NaN with fewer than three matches.
     pub spread: f64,
+    /// Lower and upper end of the 90 % interval, s, in [0, inf]. `None` without a spread.
+    pub ttc_interval: Option<[f64; 2]>,
     /// The number of ratios of distances that the scale rests on; 0 for an estimator that uses none.
     pub pairs: usize,
     /// The number of matches that count.
@@ -97,6 +103,7 @@ pub fn ttc_from_keypoints<T: Real>(
         status: Status::NoData,
         scale: f64::NAN,
         spread: f64::NAN,
+        ttc_interval: None,
         pairs: 0,
         matches: matches.len(),
         support: 0,
@@ -109,7 +116,9 @@ pub fn ttc_from_keypoints<T: Real>(
     };
     let ttc = time(scale, dt);
     let status = if ttc < f64::INFINITY { Status::Closing } else { Status::NotClosing };
-    Ok(KeypointTtc { ttc, status, scale, spread, pairs, support, ..nothing })
+    let half = QUANTILE * spread;
+    let ttc_interval = (!half.is_nan()).then(|| [time(scale + half, dt), time(scale - half, dt)]);
+    Ok(KeypointTtc { ttc, status, scale, spread, ttc_interval, pairs, support, ..nothing })
 }
 
 #[cfg(test)]

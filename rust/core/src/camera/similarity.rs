@@ -12,18 +12,18 @@ pub(super) struct Similarity {
 }
 
 /// Matches about their centres.
-struct Centred {
-    before: [f64; 2],
-    now: [f64; 2],
+pub(super) struct Centred {
+    pub before: [f64; 2],
+    pub now: [f64; 2],
     /// Sum of squared distances from the centre, before.
-    size: f64,
+    pub size: f64,
     /// Sum of the products of a point now and the conjugate of the point before.
-    product: [f64; 2],
+    pub product: [f64; 2],
 }
 
 impl Centred {
     /// Centres matches; `None` if there are none, or if all are on one spot. Sums are taken in order.
-    fn of<T: Real>(matches: &Matches<T>) -> Option<Self> {
+    pub(super) fn of<T: Real>(matches: &Matches<T>) -> Option<Self> {
         let count = matches.len() as f64;
         let [mut before, mut now] = [[0.0; 2]; 2];
         for i in 0..matches.len() {
@@ -58,7 +58,8 @@ impl Similarity {
         (size > SAME_SPOT).then(|| Self::about(product.map(|part| part / size), before, now))
     }
 
-    fn about(turn: [f64; 2], before: [f64; 2], now: [f64; 2]) -> Self {
+    /// The similarity with a turn that takes one point where it went.
+    pub(super) fn about(turn: [f64; 2], before: [f64; 2], now: [f64; 2]) -> Self {
         let moved = [turn[0] * before[0] - turn[1] * before[1], turn[0] * before[1] + turn[1] * before[0]];
         Similarity { turn, shift: minus(now, moved) }
     }
@@ -68,33 +69,26 @@ impl Similarity {
         (self.turn[0] * self.turn[0] + self.turn[1] * self.turn[1]).sqrt()
     }
 
+    /// Where the similarity puts a match now, less where the match is.
+    #[inline(always)]
+    pub(super) fn residual(self, p: [f64; 2], c: [f64; 2]) -> [f64; 2] {
+        let x = self.turn[0] * p[0] - self.turn[1] * p[1] + self.shift[0] - c[0];
+        let y = self.turn[0] * p[1] + self.turn[1] * p[0] + self.shift[1] - c[1];
+        [x, y]
+    }
+
     /// The squared distance of a match from where the similarity puts it now.
     #[inline(always)]
     pub(super) fn squared_residual(self, p: [f64; 2], c: [f64; 2]) -> f64 {
-        let x = self.turn[0] * p[0] - self.turn[1] * p[1] + self.shift[0] - c[0];
-        let y = self.turn[0] * p[1] + self.turn[1] * p[0] + self.shift[1] - c[1];
+        let [x, y] = self.residual(p, c);
         x * x + y * y
     }
 }
 
-/// The standard error of a scale: the distance of the matches from where it puts them by the best turn and shift, over
-/// the distance between the matches.
-pub(super) fn spread<T: Real>(matches: &Matches<T>, scale: f64) -> f64 {
-    let freedom = (2 * matches.len()).saturating_sub(4);
-    let Some(Centred { before, now, size, product }) = Centred::of(matches).filter(|_| freedom > 0) else {
-        return f64::NAN;
-    };
-    let length = (product[0] * product[0] + product[1] * product[1]).sqrt();
-    let turn = if length > 0.0 { product.map(|part| part / length * scale) } else { [scale, 0.0] };
-    let best = Similarity::about(turn, before, now);
-    let squared: f64 = (0..matches.len()).map(|i| matches.get(i)).map(|(p, c)| best.squared_residual(p, c)).sum();
-    (squared / freedom as f64 / size).sqrt()
-}
-
-fn plus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+pub(super) fn plus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] + b[0], a[1] + b[1]]
 }
 
-fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+pub(super) fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] - b[0], a[1] - b[1]]
 }
