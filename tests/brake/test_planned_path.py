@@ -48,6 +48,23 @@ def test_what_is_on_it_is_one_although_the_present_arc_is_free() -> None:
     assert decision.threat.clearance == pytest.approx(2.6, abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    "path",
+    [
+        [[0.0, 0.0], [0.0, 0.0], [-1.0, 0.0], [-5.0, 0.0]],
+        [[0.0, 0.0], [1e-6, 0.0], [-1.0, 0.0], [-5.0, 0.0]],
+        [[0.1, 0.0], [0.1, 0.0], [-1.0, 0.0], [-5.0, 0.0]],
+    ],
+)
+@pytest.mark.parametrize("speed", [4.0, -4.0])
+def test_which_way_a_path_leads_is_seen_by_its_first_points_apart(path: Any, speed: float) -> None:
+    """A path that leads back does not count for a car that drives forward, however its first points lie."""
+    ways = [path, (-np.array(path)).tolist()]
+    back, forward = (frame(controller(creep_speed=9.0), 1.0, speed, path=way) for way in ways)
+    arc = frame(controller(creep_speed=9.0), 1.0, speed)
+    assert back.command is forward.command is arc.command is (Command.BRAKE if speed > 0.0 else Command.NONE)
+
+
 def test_a_function_of_the_way() -> None:
     asked = []
 

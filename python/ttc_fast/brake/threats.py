@@ -63,6 +63,9 @@ UNKNOWN = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
 """The statuses of a range rate, and of an estimate without a TTC, that know no closing speed."""
 
 
+SHORTEST = 1e-3
+"""Points of a path that are nearer to the one before than this, in lengths of the vehicle, are in one place."""
+
 POINTS = 50
 """The number of points that a path which is a function is asked for."""
 
@@ -105,6 +108,13 @@ class ThreatAssessment:
         self._needs_beams = self._needs_path = self._needs_arc = True
         self.only_estimates = scan is None and path is None
         """Whether estimates are the only frames."""
+
+    @property
+    def outline(self) -> Any:
+        """The outline of the vehicle, or None."""
+        if self.scan_path is not None:
+            return self.scan_path.scan.outline
+        return None if self.path is None else self.path.outline
 
     @property
     def has_path(self) -> bool:
@@ -205,7 +215,7 @@ class ThreatAssessment:
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
         way: dict[str, Any] = {}
-        if frame.path is not None and leads(frame.path, speed):
+        if frame.path is not None and leads(frame.path, speed, self.outline):
             if self._needs_arc:
                 arc = self.assess_along(replace(frame, path=None), motion).path
             yaw_rate, lateral_speed, over_ground, way = 0.0, 0.0, abs(speed), {"path": frame.path}
@@ -269,9 +279,25 @@ class ThreatAssessment:
             self.range_rate.restore(state)
 
 
-def leads(path: NDArray[np.float64], speed: float) -> bool:
-    """Return whether a path leads the way that the vehicle drives."""
-    return speed != 0.0 and bool(path[1, 0] < path[0, 0]) == (speed < 0.0)
+def leads(path: NDArray[np.float64], speed: float, outline: Any) -> bool:
+    """Return whether a path leads the way that the vehicle drives, as the kernel sees it.
+
+    What it begins off the origin fades over two lengths of the vehicle, and points in one place are one.
+    """
+    if speed == 0.0:
+        return False
+    x_rear, x_front, y_right, y_left = outline
+    size = max(x_front - x_rear, y_left - y_right)
+    (x_off, y_off), way = path[0].tolist(), 0.0
+    x_before, y_before = x_off, y_off
+    for x, y in path[1:].tolist():
+        way += math.hypot(x - x_before, y - y_before)
+        x_before, y_before = x, y
+        share = max(1.0 - way / (2.0 * size), 0.0)
+        x_led = x - x_off * share
+        if math.hypot(x_led, y - y_off * share) >= SHORTEST * size:
+            return (x_led < 0.0) is (speed < 0.0)
+    return True  # it leads nowhere, which the kernel refuses
 
 
 def path_threat(seen: Any, index: int, angle: float, distance: float, speed: float, age: float) -> Threat:

@@ -65,12 +65,7 @@ class FieldsOfView:
 
     def _narrowest(self) -> float:
         """Return how wide an unseen strip of the path may be, m."""
-        path, scan_path = self._assessment.path, self._assessment.scan_path
-        outline: Any = None
-        if scan_path is not None:
-            outline = scan_path.scan.outline
-        elif path is not None:
-            outline = path.outline
+        outline = self._assessment.outline
         if outline is None:
             return NARROW
         x_rear, x_front, y_right, y_left = outline
