@@ -54,6 +54,7 @@ def _case(method: Any, *goals: Goal) -> Case:
 
 
 CASES = [
+    _case(ttc_fast.MotionMixture(), Goal(100, "reference")),
     _case(ttc_fast.KalmanCA(), AS_MANY_SCANS, Goal(100, "reference")),
     *map(_case, (ttc_fast.KalmanCV(), ttc_fast.SlidingParabola(), ttc_fast.TheilSen())),
     _case(ttc_fast.SlidingLine(0.55), AS_MANY_SCANS, Goal(100, "NumPy")),

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from evaluation import recorded
-from evaluation.lidar import CHANGING, GATE, STEADY, Scanner
-from evaluation.methods import ALIGNMENT, aligned, groups, methods
+from evaluation.lidar import CHANGING, GATE, STEADY
+from evaluation.methods import ALIGNMENT, groups, methods
 from evaluation.report import write_into
 
 if TYPE_CHECKING:
@@ -70,8 +69,6 @@ def score(runs: Sequence[tuple[Sequence[Answer], Sequence[float]]]) -> Score:
 
 WARM = 5
 """The number of frames of each approach that warm methods up."""
-NODS = (0.0, 0.05, 0.1, 0.2)
-"""Standard deviations of the pitch from frame to frame, degrees."""
 
 
 def simulate(approaches: Iterable[Approach], seeds: int) -> list[list[Frame]]:
@@ -141,21 +138,6 @@ BESIDE = """| of | the best is | its 90 % | alignment's | ratio |
 |---|---|---:|---:|---:|"""
 
 
-def nodding(seeds: int) -> str:
-    """Return the table of the alignment on a car that nods."""
-    lines = [
-        "| pitch | motion | median | 90 % | largest | inside |",
-        "|---:|---|---:|---:|---:|---:|",
-    ]
-    for pitch in NODS:
-        scanner = Scanner(pitch=math.radians(pitch))
-        for motion, approaches in {"steady": STEADY, "changing": CHANGING}.items():
-            score = on_simulation(aligned, simulate([replace(each, scanner=scanner) for each in approaches], seeds))
-            errors = " | ".join(map(percent, (score.median, score.most, score.largest)))
-            lines.append(f"| {pitch:g}° | {motion} | {errors} | {percent(score.inside, 0)} |")
-    return "\n".join(lines)
-
-
 def tables(seeds: int) -> str:
     """Return all tables, in Markdown."""
     runs = simulate((*STEADY, *CHANGING), seeds)
@@ -172,8 +154,6 @@ def tables(seeds: int) -> str:
         beside += ["Recorded:", BESIDE + _joined(recorded)]
     parts = [
         *beside,
-        "## The alignment on a car that nods, simulated",
-        nodding(seeds),
         f"## Simulated approaches, {sum(map(len, runs))} frames",
         table(simulated),
     ]

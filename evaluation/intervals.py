@@ -59,6 +59,7 @@ class Figures(NamedTuple):
         return [name, str(self.frames), *errors, *shares, f"{self.half_width:.3f}", f"{self.speed_error:.3f}"]
 
 
+LEGEND = "No frame knows a later one. *In* is the share of frames with the truth in the 90 % interval."
 HEADER = ["drive", "frames", "median", "90 %", "largest", "TTC in", "speed in", "half-width, m/s", "speed 90 %, m/s"]
 
 
@@ -162,9 +163,19 @@ def reports(seeds: int) -> list[Report]:
     near = [each for each in (*lidar.STEADY, *lidar.STANDING) if each.distance <= 20]
     bounds = [[each.name, f"{over_bound(each, max(seeds // 8, 2)):.2f}"] for each in near]
     return [
-        Report("Errors and intervals", __doc__ or "", HEADER, rows),
-        Report("Standing", "", ["what", "frames", "least TTC, s", "0 in the interval of the speed"], standing(seeds)),
-        Report("Standard error over the bound of Cramér and Rao", "", ["approach", "ratio"], bounds),
+        Report("Errors and intervals", LEGEND, HEADER, rows),
+        Report(
+            "Standing",
+            "Cars that stand behind standing cars.",
+            ["what", "frames", "least TTC, s", "0 in the interval of the speed"],
+            standing(seeds),
+        ),
+        Report(
+            "Standard error over the bound of Cramér and Rao",
+            "The closing speed at steady motion, from the frames of 1 s.",
+            ["approach", "ratio"],
+            bounds,
+        ),
     ]
 
 

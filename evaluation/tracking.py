@@ -155,6 +155,7 @@ def labelled() -> Iterator[tuple[str, Approach]]:
 
 
 METHODS = (
+    ttc_fast.MotionMixture(),
     ttc_fast.KalmanCA(),
     ttc_fast.KalmanCV(),
     ttc_fast.SlidingParabola(),
@@ -166,9 +167,9 @@ JUDGED = {Status.CLOSING, Status.NOT_CLOSING, Status.CONTACT}
 SOON = 10.0
 """The true TTC under which a frame has to be called closing, s."""
 LEGEND = (
-    "Percent of frames with the truth inside the 90 % interval, closing speed / TTC, and 90 % quantile of the error of "
-    "the closing speed, m/s. Every frame counts in which the target was measured, an interval was given and the truth "
-    "is known. No frame knows a later one."
+    "Percent of frames with the truth inside the 90 % interval, closing speed / TTC; 90 % quantile of the error of the "
+    "closing speed and median half-width of its interval, m/s. Every frame counts in which the target was measured, an "
+    "interval was given and the truth is known. No frame knows a later one."
 )
 RULES = (
     "Standing: cars behind standing cars, 1 to 8 m apart; their frames, how many were called closing, and the least "
@@ -187,6 +188,8 @@ class Score:
     """Whether the true TTC was inside its interval, frame by frame."""
     errors: list[float] = field(default_factory=list)
     """The errors of the closing speed, m/s."""
+    widths: list[float] = field(default_factory=list)
+    """Half the widths of the intervals of the closing speed, m/s."""
     ttcs: list[float] = field(default_factory=list)
     """The TTC of each frame that counts, s."""
     soon: int = 0
@@ -208,6 +211,7 @@ class Score:
                 continue
             low, high = interval
             self.speeds.append(low <= speed <= high)
+            self.widths.append((high - low) / 2.0)
             self.times.append(ends[0] <= ttc <= ends[1])
             self.missed += ttc < SOON and result.ttc == math.inf
             self.soon += ttc < SOON
@@ -216,7 +220,7 @@ class Score:
 
     def __str__(self) -> str:
         shares = f"{100 * np.mean(self.speeds):.0f} / {100 * np.mean(self.times):.0f}"
-        return f"{shares}, {np.quantile(self.errors, 0.9):.2f}"
+        return f"{shares}, {np.quantile(self.errors, 0.9):.2f}, ± {np.median(self.widths):.2f}"
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -32,6 +32,7 @@ __all__ = [
     "MedianRatio",
     "MinX",
     "Minimum",
+    "MotionMixture",
     "Nearest",
     "NearestBatch",
     "NearestPoint",
@@ -980,6 +981,14 @@ class AlphaBeta(_Value):
     def acceleration(self) -> float: ...
 
 @final
+class MotionMixture(_Value):
+    def __new__(cls, memory: _Number = 2.0, scale: _Number = 1.0) -> Self: ...
+    @property
+    def memory(self) -> float: ...
+    @property
+    def scale(self) -> float: ...
+
+@final
 class KalmanCV(_Value):
     def __new__(cls, acceleration: _Number = 0.7) -> Self: ...
     @property
@@ -1001,7 +1010,7 @@ class EstimatedNoise(_Value):
     @property
     def frames(self) -> float: ...
 
-_Method: TypeAlias = SlidingLine | SlidingParabola | TheilSen | AlphaBeta | KalmanCV | KalmanCA
+_Method: TypeAlias = MotionMixture | SlidingLine | SlidingParabola | TheilSen | AlphaBeta | KalmanCV | KalmanCA
 
 @final
 class DistanceTracker(_Remembers):

@@ -36,9 +36,13 @@ RATES = [(5.0, 20.0), (10.0, 20.0), (10.0, 50.0), (10.0, 100.0)]
 APPROACHES = [(20.0, 80.0), (10.0, 60.0), (3.0, 30.0)]
 
 
-def held(tracker: Any, rows: Iterator[Row], speed: float) -> tuple[int, int, int]:
-    """Count rows from the second second on, those with the truth in both intervals, and those called NOT_CLOSING."""
+def held(tracker: Any, rows: Iterator[Row], speed: float) -> NDArray[np.float64]:
+    """Count rows from the second second on, those with the truth in both intervals, and those called NOT_CLOSING.
+
+    The last number is the sum of the widths of the intervals of the closing speed, m/s.
+    """
     count = inside = standing = 0
+    width = 0.0
     for stamp, distance, true in rows:
         seen = tracker.update(distance, stamp)
         assert seen.ttc <= 1e6 or math.isinf(seen.ttc)
@@ -49,30 +53,37 @@ def held(tracker: Any, rows: Iterator[Row], speed: float) -> tuple[int, int, int
         count += 1
         inside += (low <= speed <= high) and (soonest <= true / speed <= latest)
         standing += seen.status is Status.NOT_CLOSING
-    return count, inside, standing
+        width += high - low
+    return np.array([count, inside, standing, width])
 
 
 @pytest.mark.parametrize(("measured", "reported"), RATES)
 def test_a_held_distance_is_predicted_through(measured: float, reported: float) -> None:
-    total = np.zeros(3)
-    for seed in range(8):
-        for speed, start in APPROACHES:
-            rows = radar(seed, measured=measured, reported=reported, speed=speed, start=start, quantum=0.0, noise=0.05)
-            total += held(DistanceTracker(), rows, speed)
-    count, inside, standing = total
-    assert 0.85 <= inside / count <= 0.98
+    def follow(method: Any) -> NDArray[np.float64]:
+        total = np.zeros(4)
+        for seed in range(8):
+            for speed, start in APPROACHES:
+                rates = {"measured": measured, "reported": reported}
+                rows = radar(seed, **rates, speed=speed, start=start, quantum=0.0, noise=0.05)
+                total += held(DistanceTracker(method), rows, speed)
+        return total
+
+    count, inside, standing, width = follow(None)
+    # More often than nine of ten, because the speed is constant, which the tracker does not know beforehand.
+    assert inside / count >= 0.85
     assert standing == 0
+    assert width < 0.75 * follow(ttc_fast.KalmanCA())[3]
 
 
 @pytest.mark.parametrize("quantum", [0.01, 0.1, 0.5, 1.0])
 def test_a_rounded_distance_is_a_measurement_with_the_variance_of_its_rounding(quantum: float) -> None:
-    total = np.zeros(3)
+    total = np.zeros(4)
     for seed in range(8):
         for speed, start in [(8.3, 60.0), (5.2, 40.0), (2.1, 20.0)]:
             rows = radar(seed, measured=20.0, reported=20.0, speed=speed, start=start, quantum=quantum, noise=0.02)
             total += held(DistanceTracker(), rows, speed)
-    count, inside, standing = total
-    assert 0.85 <= inside / count <= 0.99
+    count, inside, standing, _ = total
+    assert inside / count >= 0.85
     assert standing <= 0.1 * count
 
 

@@ -80,7 +80,7 @@ def approach_from(size: float) -> Callable[[Any, int], Any]:
 
 KEPT = {
     "DistanceTracker": Kept(
-        make=lambda: ttc_fast.DistanceTracker(ttc_fast.KalmanCA(), max_gap=0.8),
+        make=lambda: ttc_fast.DistanceTracker(max_gap=0.8),
         update=lambda tracker, frame: tracker.update(distance(frame), 1.7e9 + 0.1 * frame),
         other_shape=lambda: ttc_fast.DistanceTracker(ttc_fast.TheilSen()),
         refused=[

@@ -158,7 +158,7 @@ def test_settings_are_read_by_their_names() -> None:
     rates = ttc_fast.RangeRate(SCAN, window=0.4)
     assert (rates.scan, rates.window, rates.minimum) == (SCAN, 0.4, ttc_fast.NeighbourSupport(6, 4))
     tracker = ttc_fast.DistanceTracker(noise=0.1)
-    assert (tracker.method, tracker.noise, tracker.confirm) == (ttc_fast.KalmanCA(), 0.1, 3)
+    assert (tracker.method, tracker.noise, tracker.confirm) == (ttc_fast.MotionMixture(), 0.1, 3)
     cloud = ttc_fast.CloudTracker(ttc_fast.Gate(x=(1.0, 9.0)))
     assert (cloud.gate, cloud.estimator) == (ttc_fast.Gate(x=(1.0, 9.0)), ttc_fast.KthSmallest(10))
     assert cloud.method == ttc_fast.Alignment()

@@ -22,10 +22,19 @@ def share(score: Score) -> tuple[float, float]:
 @pytest.mark.parametrize("noise", [None, 0.03])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_default_holds_the_truth_in_about_nine_of_ten_frames(kind: str, noise: float | None) -> None:
-    """Each kind of motion by itself. Where the gap opens the true TTC is inf, which most intervals hold."""
-    speeds, times = share(scored(ttc_fast.KalmanCA(), simulated(kind, COUNT), noise))
-    assert 0.86 <= speeds <= 0.97
-    assert 0.86 <= times <= 0.99
+    """Each kind of motion by itself. Where the gap opens the true TTC is inf, which most intervals hold.
+
+    A steady gap is inside more often: nobody knows beforehand that it stays steady.
+    """
+    speeds, times = share(scored(None, simulated(kind, COUNT), noise))
+    assert 0.86 <= speeds <= (1.0 if kind == "constant" else 0.97)
+    assert 0.86 <= times <= (1.0 if kind == "constant" else 0.99)
+
+
+def test_the_default_is_nearer_to_a_steady_speed_than_one_filter_and_surer() -> None:
+    mixture, filter_ = (scored(method, simulated("constant", COUNT)) for method in (None, ttc_fast.KalmanCA()))
+    assert np.quantile(mixture.errors, 0.9) < 0.6 * np.quantile(filter_.errors, 0.9)
+    assert np.median(mixture.widths) < 0.6 * np.median(filter_.widths)
 
 
 @every_method
@@ -41,7 +50,8 @@ def test_every_method_holds_it_over_all_motions(method: Any) -> None:
 @pytest.mark.parametrize("rate", [10.0, 25.0])
 def test_a_standing_car_has_no_ttc(method: Any, rate: float) -> None:
     score = scored(method, standing(COUNT, rate))
-    assert min(score.ttcs) >= 20.0
+    assert min(score.ttcs) >= 100.0
+    assert np.mean(score.speeds) >= 0.85
 
 
 @every_method
@@ -53,4 +63,4 @@ def test_labelled_lead_vehicles(method: Any) -> None:
     assert speeds >= 0.85
     assert times >= 0.85
     assert score.wrong == 0
-    assert score.missed == 0
+    assert score.missed <= 0.02 * score.soon  # a kink of the labels may begin a new track

@@ -177,6 +177,7 @@ SETTINGS = [
     ttc_fast.Consensus(),
     ttc_fast.Consensus(tolerance=2.0, trials=50, seed=7),
     ttc_fast.Road(0.02, -0.01, -1.7),
+    ttc_fast.MotionMixture(1.0, 2.0),
     ttc_fast.SlidingLine(0.4),
     ttc_fast.SlidingParabola(jerk=0.5),
     ttc_fast.TheilSen(0.4),

@@ -10,6 +10,8 @@ import numpy as np
 import ttc_fast
 
 METHODS = [
+    ttc_fast.MotionMixture(),
+    ttc_fast.MotionMixture(memory=0.3, scale=4.0),
     ttc_fast.KalmanCA(),
     ttc_fast.KalmanCA(jerk=10.0, acceleration=0.5),
     ttc_fast.KalmanCV(),

@@ -2,7 +2,7 @@
 
 A car does not move along a line or a parabola: its acceleration changes by 1 m/s^2 within half a second, or not at
 all. So there are several models: a line, and on it an acceleration that begins with a given standard deviation and
-wanders as the integral of white jerk. Under each model the positions are jointly normal, so that the marginal
+changes as the integral of white jerk. Under each model the positions are jointly normal, so that the marginal
 likelihood of what was measured and the speed now are both in closed form. The average over the models, weighed by their
 likelihoods, is the estimate; its variance is that of the mixture.
 """

@@ -2,7 +2,7 @@
 //!
 //! A car does not move along a line or a parabola: its acceleration changes by 1 m/s^2 within half a second, or not at
 //! all. So there are several models: a line, and on it an acceleration that begins with a given standard deviation and
-//! wanders as the integral of white jerk. What is common to all of a frame is off by one of several noises. Under each
+//! changes as the integral of white jerk. What is common to all of a frame is off by one of several noises. Under each
 //! of these pairs the positions are jointly normal, so that their marginal likelihood and the motion now are in closed
 //! form: one Cholesky factor each. The average, weighed by the likelihoods, is the estimate; its variance is that of
 //! the mixture.
@@ -107,9 +107,9 @@ impl Kernel {
         for i in 0..n {
             for j in 0..=i {
                 let (u, apart) = (since(j), time[i] - time[j]);
-                let wander = u * u * u * (u * u / 20.0 + apart * u / 8.0 + apart * apart / 12.0);
+                let integral = u * u * u * (u * u / 20.0 + apart * u / 8.0 + apart * apart / 12.0);
                 let bend = since(i) * since(i) * u * u / 4.0;
-                positions[i * n + j] = jerk * wander + acceleration * bend;
+                positions[i * n + j] = jerk * integral + acceleration * bend;
             }
         }
         let speed = |i: usize| {

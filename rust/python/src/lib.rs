@@ -80,6 +80,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<trackers::TheilSen>()?;
     m.add_class::<trackers::AlphaBeta>()?;
     m.add_class::<trackers::KalmanCV>()?;
+    m.add_class::<trackers::MotionMixture>()?;
     m.add_class::<trackers::KalmanCA>()?;
     m.add_class::<trackers::EstimatedNoise>()?;
     m.add_class::<trackers::distance::DistanceTracker>()?;

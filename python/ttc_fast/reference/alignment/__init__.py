@@ -5,5 +5,5 @@ is the same for all cells.
 
 - ``profile``: the side of a body that faces the sensor, cell by cell
 - ``weights``: which cells of which frames to believe
-- ``fit``: the motion that the cells agree upon
+- ``fit``: the positions that the cells agree upon, and the motion
 """

@@ -7,7 +7,7 @@ import operator
 from dataclasses import replace
 from typing import Any
 
-from ttc_fast._core import EstimatedNoise, KalmanCA
+from ttc_fast._core import EstimatedNoise, MotionMixture
 from ttc_fast.reference.arguments import non_negative, number, positive, shows_settings
 from ttc_fast.reference.tracker.answer import TrackedTTC, nothing, of_posterior, only_where
 from ttc_fast.reference.tracker.filter import Measurement
@@ -44,7 +44,7 @@ class DistanceTracker:
         max_speed: float = 100.0,
         min_closing_speed: float = 0.05,
     ) -> None:
-        self._method = KalmanCA() if method is None else method
+        self._method = MotionMixture() if method is None else method
         filter_of(self._method)
         noise = EstimatedNoise() if noise is None else noise
         self._noise = NoiseLevel(noise)

@@ -8,8 +8,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ttc_fast._core import AlphaBeta, EstimatedNoise, KalmanCA, KalmanCV, SlidingLine, SlidingParabola, TheilSen
+from ttc_fast._core import (
+    AlphaBeta,
+    EstimatedNoise,
+    KalmanCA,
+    KalmanCV,
+    MotionMixture,
+    SlidingLine,
+    SlidingParabola,
+    TheilSen,
+)
 from ttc_fast.reference.arguments import positive
+from ttc_fast.reference.tracker.bank import FilterBank
 from ttc_fast.reference.tracker.filter import KalmanFilter
 from ttc_fast.reference.tracker.window import Window
 
@@ -111,6 +121,8 @@ class Filter(Protocol):
 
 def filter_of(method: Any) -> Filter:
     """Return the filter of a method."""
+    if isinstance(method, MotionMixture):
+        return FilterBank(method.memory, method.scale)
     if isinstance(method, KalmanCA):
         return KalmanFilter(acceleration_noise=0, jerk_noise=method.jerk, acceleration=method.acceleration, memory=None)
     if isinstance(method, KalmanCV):
@@ -123,7 +135,7 @@ def filter_of(method: Any) -> Filter:
         return Window(method.window, degree=1, unmodelled=method.acceleration)
     if isinstance(method, TheilSen):
         return Window(method.window, degree=1, unmodelled=method.acceleration, theil_sen=True)
-    raise TypeError(f"method must be a method object such as KalmanCA() or SlidingLine(window=0.5), got {method!r}")
+    raise TypeError(f"method must be a method object such as MotionMixture() or KalmanCA(), got {method!r}")
 
 
 def clipped(normalized: float) -> float:
@@ -224,5 +236,5 @@ class StationaryTest:
         spread = min(max(self.spread, 1.0), MOST_SPREAD)
         deviations = line.mean[1] / math.sqrt(line.covariance[1, 1] * spread * variance_factor)
         significant = SIGNIFICANT * (1 + 4 / (self.line.frames - 2))  # a line through few frames proves less
-        certain = posterior.mean[1] > quantile * math.sqrt(posterior.covariance[1, 1])
-        return bool(deviations > significant or (deviations < -significant and certain))
+        speed = posterior.mean[1] / math.sqrt(posterior.covariance[1, 1])
+        return bool(deviations > significant or (deviations < -significant and speed > quantile))

@@ -235,7 +235,8 @@ mod tests {
     use crate::status::Status;
     use crate::tracker::{Method, Noise, Settings, TrackedTtc};
 
-    const METHODS: [Method; 6] = [
+    const METHODS: [Method; 7] = [
+        Method::MotionMixture { memory: 2.0, scale: 1.0 },
         Method::SlidingLine { window: 0.5, acceleration: 0.5 },
         Method::SlidingParabola { window: 1.0, jerk: 1.0 },
         Method::TheilSen { window: 0.5, acceleration: 0.5 },
@@ -310,7 +311,7 @@ mod tests {
 
     #[test]
     fn missing_repeated_late_and_senseless_frames() {
-        let mut tracker = tracker(METHODS[5]);
+        let mut tracker = tracker(METHODS[6]);
         assert_eq!(tracker.update(f64::NAN, 5.0, None).unwrap().status, Status::NoData);
         assert_eq!(tracker.update(f64::INFINITY, 5.1, None).unwrap().status, Status::Clear);
         let answers = feed(&mut tracker, 0, (0..10).map(|i| 30.0 - 0.5 * f64::from(i)));

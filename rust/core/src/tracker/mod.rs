@@ -1,7 +1,7 @@
 //! Closing speed and time-to-collision from distances over several frames, with their uncertainty.
 //!
-//! [`settings`] says what a user can choose. [`filter`] and [`window`] turn the distances of one target into a
-//! posterior of distance and closing speed, under the motion model of a [`Method`]. A [`track`] gates each innovation,
+//! [`settings`] says what a user can choose. [`filter`], [`bank`] and [`window`] turn the distances of one
+//! target into a posterior of distance and closing speed, under the motion model of a [`Method`]. A [`track`] gates each innovation,
 //! and adds what no filter knows: the noise, where it is not given, whether the model fits, and whether the gap is
 //! stationary. [`repeats`] tells a new measurement from the last one handed over again. [`association`] decides which
 //! target a distance belongs to, and is the [`DistanceTracker`]. [`answer`] makes a time-to-collision of a posterior,
@@ -11,6 +11,7 @@
 
 mod answer;
 mod association;
+mod bank;
 mod filter;
 mod repeats;
 mod settings;

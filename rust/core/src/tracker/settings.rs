@@ -5,6 +5,13 @@ use crate::error::{Error, count_in, duration, non_negative, positive};
 /// The motion model, and how it is fitted to distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
+    /// A bank of Kalman filters, from a steady gap to hard braking, averaged by their evidence.
+    MotionMixture {
+        /// Time in which evidence falls to 1/e, s.
+        memory: f64,
+        /// The accelerations and jerks of the models over those of cars on a road.
+        scale: f64,
+    },
     /// The least-squares line through the newest `window` seconds.
     SlidingLine {
         /// Length of the window, s.
@@ -90,7 +97,7 @@ const LONGEST: f64 = 60.0;
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            method: Method::KalmanCa { jerk: 1.5, acceleration: 3.0 },
+            method: Method::MotionMixture { memory: 2.0, scale: 1.0 },
             noise: Noise::Estimated { start: 0.03, frames: 30.0 },
             innovation_gate: 4.0,
             jump: 1.0,
@@ -127,6 +134,10 @@ impl Method {
     /// When a number is out of its domain.
     pub fn checked(self) -> Result<Self, Error> {
         match self {
+            Method::MotionMixture { memory, scale } => {
+                duration("memory", memory, LONGEST)?;
+                positive("scale", scale)?;
+            }
             Method::SlidingLine { window, acceleration } | Method::TheilSen { window, acceleration } => {
                 duration("window", window, LONGEST)?;
                 non_negative("acceleration", acceleration)?;

@@ -88,6 +88,10 @@ fn write_track(out: &mut Vec<f64>, track: &Track) {
     write_kalman(out, &track.stationary.line);
     match &track.filter {
         Filter::Recursive(filter) => write_kalman(out, filter),
+        Filter::Bank(bank) => bank.members.iter().for_each(|member| {
+            out.push(member.evidence);
+            write_kalman(out, &member.filter);
+        }),
         Filter::Window(filter) => {
             out.push(filter.frames.len() as f64);
             filter.frames.iter().for_each(|frame| write_measurement(out, frame));
@@ -103,6 +107,10 @@ fn read_track(reader: &mut Reader<'_>, track: &mut Track) -> Option<()> {
     read_kalman(reader, &mut track.stationary.line)?;
     match &mut track.filter {
         Filter::Recursive(filter) => read_kalman(reader, filter),
+        Filter::Bank(bank) => bank.members.iter_mut().try_for_each(|member| {
+            member.evidence = reader.any()?;
+            read_kalman(reader, &mut member.filter)
+        }),
         Filter::Window(filter) => {
             let frames = reader.count(MOST)?;
             filter.frames = (0..frames).map(|_| read_measurement(reader)).collect::<Option<_>>()?;

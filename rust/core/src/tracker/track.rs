@@ -6,6 +6,7 @@
 //! the model lags behind, the [`InnovationCorrelation`]. The [`StationaryTest`] asks a filter of its own whether a gap
 //! shrinks at all.
 
+use super::bank::FilterBank;
 use super::filter::{KalmanFilter, Measurement, Model, Posterior};
 use super::settings::{Method, Noise, Settings};
 use super::window::{Fit, Window};
@@ -95,6 +96,7 @@ impl Track {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Filter {
     Recursive(KalmanFilter),
+    Bank(FilterBank),
     Window(Window),
 }
 
@@ -109,6 +111,7 @@ impl Filter {
             }))
         };
         match method {
+            Method::MotionMixture { memory, scale } => Filter::Bank(FilterBank::new(memory, scale)),
             Method::SlidingLine { window, acceleration } => {
                 Filter::Window(Window::new(window, Fit::Line, acceleration))
             }
@@ -126,6 +129,7 @@ impl Filter {
     pub(super) fn frames(&self) -> usize {
         match self {
             Filter::Recursive(filter) => filter.frames as usize,
+            Filter::Bank(bank) => bank.frames() as usize,
             Filter::Window(filter) => filter.frames.len(),
         }
     }
@@ -133,7 +137,7 @@ impl Filter {
     /// The frames that an answer needs.
     fn frames_needed(&self) -> usize {
         match self {
-            Filter::Recursive(_) => 3,
+            Filter::Recursive(_) | Filter::Bank(_) => 3,
             Filter::Window(filter) => filter.frames_needed(),
         }
     }
@@ -141,6 +145,7 @@ impl Filter {
     fn update(&mut self, new: Measurement) {
         match self {
             Filter::Recursive(filter) => filter.update(new),
+            Filter::Bank(bank) => bank.update(new),
             Filter::Window(filter) => filter.update(new),
         }
     }
@@ -149,6 +154,7 @@ impl Filter {
     fn posterior(&self, stamp: f64, variance: f64) -> Option<Posterior> {
         match self {
             Filter::Recursive(filter) => (filter.frames >= 2).then(|| filter.posterior(stamp)),
+            Filter::Bank(bank) => (bank.frames() >= 2).then(|| bank.posterior(stamp)),
             Filter::Window(filter) => filter.posterior(stamp, variance),
         }
     }
@@ -332,8 +338,8 @@ impl StationaryTest {
         let deviations = line.closing_speed / (line.vv * spread * variance_factor).sqrt();
         // A line through few frames proves less.
         let significant = Self::SIGNIFICANT * (1.0 + 4.0 / (f64::from(self.line.frames) - 2.0));
-        let certain = posterior.closing_speed > quantile * posterior.vv.sqrt();
-        deviations > significant || (deviations < -significant && certain)
+        let speed = posterior.closing_speed / posterior.vv.sqrt();
+        deviations > significant || (deviations < -significant && speed > quantile)
     }
 }
 

@@ -346,8 +346,7 @@ fn number(state: &Bound<'_, PyDict>, name: &str) -> PyResult<f64> {
 /// depth : float
 ///     How far behind its nearest point a body counts, m.
 /// window : float
-///     Time for which a frame counts, s; of those frames, the last 16. Frames that do not fit one acceleration are left
-///     out, oldest first.
+///     Time for which a frame counts, s; of those frames, the last 16.
 /// range_noise : float
 ///     Standard deviation of a range, m, by the data sheet of the sensor. What the points themselves say counts more.
 ///
@@ -358,8 +357,8 @@ fn number(state: &Bound<'_, PyDict>, name: &str) -> PyResult<f64> {
 ///
 /// Notes
 /// -----
-/// Regression within cells ("fixed effects") with Tukey's biweight; a line and a parabola, averaged by their posterior
-/// odds [Hoeting et al., Bayesian model averaging, 1999].
+/// Two-way least squares of cells and frames with Tukey's biweight; then models of motion with jerk, averaged by their
+/// posterior odds [Hoeting et al., Bayesian model averaging, 1999].
 ///
 /// Examples
 /// --------

@@ -15,8 +15,8 @@ use ttc_fast_core::tracker::{self, Settings};
 /// Parameters
 /// ----------
 /// method : method object, optional
-///     How distances become a closing speed; by default ``KalmanCA()``. Others are ``KalmanCV``, ``SlidingLine``,
-///     ``SlidingParabola``, ``TheilSen`` and ``AlphaBeta``.
+///     How distances become a closing speed; by default ``MotionMixture()``. Others are ``KalmanCA``, ``KalmanCV``,
+///     ``SlidingLine``, ``SlidingParabola``, ``TheilSen`` and ``AlphaBeta``.
 /// noise : float or EstimatedNoise, optional
 ///     Standard deviation of one distance, m; by default it is learnt, ``EstimatedNoise()``.
 /// gate : float
