@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["ERROR", "OK", "STALE", "WARN", "BrakeNode", "Cause", "Diagnostics", "Drive", "Outputs"]
 
 NAME = "ttc_fast: brake"
-UNSEEING = frozenset({Reason.WAITING, Reason.STALE, Reason.BLIND, Reason.NO_MOTION})
+UNSEEING = frozenset({Reason.WAITING, Reason.STALE, Reason.BLIND, Reason.NO_MOTION, Reason.UNSEEN})
 UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError)
 """The errors that a message without sense may raise."""
 SCAN, CLOUD = "scan", "cloud"
