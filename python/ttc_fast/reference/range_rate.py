@@ -229,7 +229,7 @@ class RangeRate:
         self._scans = [*recent, _Scan(stamp, heading, readings)][-MOST_SCANS:]
 
     def _unchanged_since(self) -> float:
-        """Return the stamp of the oldest scan since which nothing has changed to the bit, s."""
+        """Return the stamp of the oldest scan since which nothing has changed, s."""
         since = newest = self._scans[-1]
         for scan in reversed(self._scans):
             if not _looks_like(scan.readings, newest):
@@ -363,7 +363,7 @@ class RangeRate:
 
 
 def _looks_like(readings: Floats, scan: _Scan) -> bool:
-    """Whether two scans measured the same, to the bit."""
+    """Whether two scans measured the same numbers; NaN is the same as NaN, and -0 the same as 0."""
     return np.array_equal(readings, scan.readings, equal_nan=True)
 
 

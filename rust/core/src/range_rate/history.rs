@@ -114,7 +114,7 @@ impl History {
         self.spare = Some(readings);
     }
 
-    /// The stamp of the oldest scan since which nothing has changed to the bit, s; infinite without a scan.
+    /// The stamp of the oldest scan since which nothing has changed, s; infinite without a scan.
     pub(super) fn unchanged_since(&self) -> f64 {
         let Some(newest) = self.newest() else { return f64::INFINITY };
         let same = self.scans.iter().take_while(|scan| looks_like(&scan.readings, &newest.readings));
@@ -130,9 +130,9 @@ impl History {
     }
 }
 
-/// Whether two scans measured the same, to the bit.
+/// Whether two scans measured the same numbers; NaN is the same as NaN, and -0 the same as 0.
 pub(super) fn looks_like(one: &[f64], other: &[f64]) -> bool {
-    one.iter().zip(other).all(|(one, other)| one.to_bits() == other.to_bits())
+    one.iter().zip(other).all(|(one, other)| one == other || (one.is_nan() && other.is_nan()))
 }
 
 /// An earlier scan, in the directions in which the beams point now.
