@@ -722,6 +722,12 @@ def test_a_message_that_contradicts_itself(ttc: Any) -> None:
     with pytest.raises(ValueError, match="msg contradicts itself: its 11 readings end at"):
         ttc.ScanTTC.from_message(msg)
     assert ttc.ScanTTC.from_message(msg, angle_increment=math.pi / 10).beams == 11
+    twice = laser_scan(np.full(720, 4.0))
+    twice.angle_min, twice.angle_max, twice.angle_increment = -math.pi, math.pi, math.pi / 180
+    with pytest.raises(ValueError, match="msg contradicts itself: its 720 readings end at"):
+        ttc.ScanTTC.from_message(twice)
+    twice.angle_max = 3 * math.pi
+    assert ttc.ScanTTC.from_message(twice).beams == 720
     for angle_max in (0.0, math.nan, math.pi / 2 - 2 * math.pi):
         msg = laser_scan(np.full(3, 4.0))
         msg.angle_max = angle_max

@@ -136,6 +136,15 @@ def test_a_scanner_whose_scans_are_all_refused_says_so_at_once_and_brakes(
     assert node.diagnostics().level == 2
 
 
+def test_readings_that_go_round_twice_do_not_end_where_one_turn_ends(make: Make) -> None:
+    """720 readings, and an increment of one degree: a wall ahead would be read as one behind."""
+    node = make()
+    node.odometry(1.0)
+    turn = {"angle_min": -math.pi, "angle_max": math.pi, "angle_increment": math.pi / 180}
+    assert node.scan(np.full(720, 10.0), **turn).brake is True
+    assert counted(node, "dropped: /scan") == 1
+
+
 @pytest.mark.parametrize(("beams", "odd"), [(BEAMS, 0), (BEAMS - 1, 1), (BEAMS + 1, 1)])
 def test_a_count_off_by_one_is_tolerated_and_counted(make: Make, beams: int, odd: int) -> None:
     node = make()

@@ -187,9 +187,14 @@ knows where its beams point
         return geometry
 
     def _check_last(self, geometry: Geometry, angle_max: float) -> None:
-        """Check that the last beam points to ``angle_max``, whichever way round that was counted."""
+        """Check that the last beam points to ``angle_max``, whichever way round that was counted.
+
+        Readings that go round more than once do not get there by another way round.
+        """
         last, step = geometry.angle_last, abs(geometry.angle_increment)
-        apart = abs(math.remainder(last - angle_max, TURN)) / step
+        apart = abs(last - angle_max) / step
+        if step * (geometry.beams - 1) < TURN + 2.0 * step:
+            apart = abs(math.remainder(last - angle_max, TURN)) / step
         if apart <= 0.5:
             return
         text = f"has {geometry.beams} readings that end at {last:g} rad, and angle_max {angle_max:g} rad"

@@ -418,12 +418,15 @@ fn bools(mask: &Bound<'_, PyAny>) -> PyResult<Vec<bool>> {
         .map_err(|_| PyTypeError::new_err("mask must be a sequence of bools, True where a beam is to be ignored"))
 }
 
-/// Refuse a message whose last reading is elsewhere than at its `angle_max`; one beam may be counted too many.
+/// Refuse a message whose last reading is elsewhere than at its `angle_max`; one beam may be counted too many. Which way
+/// round `angle_max` was counted does not matter, unless the readings go round more than once.
 fn check_last_beam(angle_min: f64, angle_increment: f64, beams: usize, angle_max: f64) -> PyResult<()> {
     let last = angle_min + angle_increment * (beams.max(1) - 1) as f64;
-    let turns = ((last - angle_max) / TAU).round();
+    let tolerated = 2.0 * angle_increment.abs();
+    let is_one_turn = (last - angle_min).abs() < TAU + tolerated;
+    let turns = if is_one_turn { ((last - angle_max) / TAU).round() } else { 0.0 };
     let apart = (last - angle_max - turns * TAU).abs();
-    if angle_max == 0.0 || !apart.is_finite() || apart < 2.0 * angle_increment.abs() {
+    if angle_max == 0.0 || !apart.is_finite() || apart < tolerated {
         return Ok(());
     }
     Err(PyValueError::new_err(format!(

@@ -174,8 +174,10 @@ class ScanTTC:
         angle_max = number("angle_max", getattr(msg, "angle_max", 0.0))
         if angle_max != 0.0 and not settings.keys() & {"angle_min", "angle_increment", "beams"}:
             last = msg.angle_min + msg.angle_increment * (max(len(msg.ranges), 1) - 1)
-            apart = abs(math.remainder(last - angle_max, math.tau)) if math.isfinite(last - angle_max) else math.nan
-            if apart >= 2.0 * abs(msg.angle_increment):
+            apart, tolerated = abs(last - angle_max), 2.0 * abs(msg.angle_increment)
+            if abs(last - msg.angle_min) < math.tau + tolerated and math.isfinite(apart):
+                apart = abs(math.remainder(apart, math.tau))  # it may be counted the other way round
+            if tolerated <= apart < math.inf:
                 readings = f"its {len(msg.ranges)} readings end at {last} rad, and angle_max is {angle_max} rad"
                 raise ValueError(f"msg contradicts itself: {readings}")
         return cls(**(message | settings))
