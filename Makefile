@@ -27,7 +27,7 @@ test: $(VENV)/.has-test ## run the tests, Rust and Python
 	$(call say,Rust tests)
 	cargo test --quiet --package ttc-fast-core --locked
 	$(call say,Python tests)
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses auto
 	@[ ! -e $(ROS2)/.has-rclpy ] || { \
 		echo "==> Python tests of the node of rclpy"; $(ROS2)/bin/pytest tests/ros tests/replay/test_sensors.py -k rclpy; }
 

@@ -31,7 +31,8 @@ def test_a_motion_without_a_number_is_refused_by_name(module: Any, argument: str
 @pytest.mark.parametrize("field", ["speed", "yaw_rate", "lateral_speed"])
 def test_odometry_without_a_number_is_refused_by_the_brake(field: str) -> None:
     controller = ttc_fast.BrakeController(scan=ttc_fast.ScanTTC(-1.0, 0.1, 21))
-    motion = ttc_fast.Motion(2.0)._replace(**{field: None})
+    motion: Any = ttc_fast.Motion(2.0)
+    motion = motion._replace(**{field: None})
     refused(
         TypeError, f"motion.{field} must be a number", controller.update, 1.0, ranges=RANGES, stamp=1.0, motion=motion
     )
