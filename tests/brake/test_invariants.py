@@ -79,7 +79,7 @@ def believe_every_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def stop_when_standing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A braked vehicle that stands is taken to stay there."""
-    monkeypatch.setattr(BrakeController, "_would_be_clear", lambda *_: (True, False))
+    monkeypatch.setattr(BrakeController, "_would_be_clear", lambda *_: (True, False, None))
 
 
 MUTATIONS = [

@@ -92,6 +92,24 @@ def test_it_lets_go_when_both_are_free_and_when_the_clouds_end(rate: float) -> N
         assert decision.command is Command.NONE
 
 
+@pytest.mark.parametrize("rate", [10.0, 40.0, 200.0])
+def test_a_driver_who_asks_to_back_out_where_only_the_clouds_look_is_let_go(rate: float) -> None:
+    """It stands before a wall. No view says where the clouds look, and they have points behind."""
+    both, let_go = Both(rate), math.inf
+    for now, stamp, is_scan in both.messages:
+        speed, gap, wish = (SPEED, 4.0, None) if now < 0.3 else (0.0, 0.3, -1.0 if now > 1.5 else None)
+        if is_scan:
+            angles = np.asarray(both.scanner.angles)
+            wall = np.where(np.abs(angles) < 0.5, (gap + CAR[1]) / np.cos(angles), 30.0)
+            decision = both.controller.update(now, ranges=wall, stamp=stamp, motion=Motion(speed), commanded=wish)
+        else:
+            decision = both.controller.update(now, points=BEHIND, stamp=stamp, motion=Motion(speed), commanded=wish)
+        assert not 0.3 < now < 1.5 or decision.command is Command.BRAKE
+        if decision.command is not Command.BRAKE and now > 1.5:
+            let_go = min(let_go, now)
+    assert let_go < 2.0
+
+
 def test_a_state_goes_on_where_both_were() -> None:
     both, messages = Both(25.0), Both(25.0).messages
     for now, stamp, is_scan in messages[:80]:

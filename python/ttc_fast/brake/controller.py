@@ -74,8 +74,8 @@ class Assessed:
         Whether something is inside the outline, and neither motion nor command says which way it will go.
     unseen : bool
         Whether nothing looks at a part of the path, or of the path that a braked vehicle would go on with.
-    looks : int or None
-        The edge of the outline that the cloud looks at, as far as that was asked.
+    looks : tuple of int or None
+        The edges of the outline that the cloud looks at, as far as that was asked; None for one that it does not.
     """
 
     status: Status | None
@@ -88,7 +88,7 @@ class Assessed:
     without_estimates: Assessed | None = None
     rests_in_contact: bool = False
     unseen: bool = False
-    looks: int | None = None
+    looks: tuple[int | None, ...] = ()
 
 
 BETWEEN_FRAMES, IGNORED, BLIND, UNKNOWN = Assessed(None), Assessed(INVALID), Assessed(NO_DATA), Assessed(WARMING_UP)
@@ -440,7 +440,7 @@ class BrakeController:
         else:
             unseen, looks = self._fields_of_view.unseen(frame, state, frame.motion)
             assessed = self._evaluate(frame, threats, state.brake, unseen)
-            assessed.looks = looks
+            assessed.looks += (looks,)
             without = state.brake_without_estimates
             if without is not None or (frame.estimate is not None and not assessment.only_estimates):
                 other, seen = frame, threats
@@ -455,7 +455,7 @@ class BrakeController:
         """Evaluate threats by every criterion, and return how the frame votes on a brake."""
         motion, commanded, settings = frame.motion, frame.commanded, self._settings
         criterion, evaluation = self._most_urgent(threats)
-        rests_in_contact = False
+        rests_in_contact, looks = False, None
         if threats.status is CONTACT and not self._assessment.only_estimates:
             rests_in_contact = not (moves(motion) or moves(commanded))
             if commanded is not None and not brake.on:  # the vehicle must not be driven deeper into contact
@@ -470,12 +470,11 @@ class BrakeController:
         if clear and brake.on and not self._assessment.only_estimates:  # what would be estimated then is not known
             continued = commanded if commanded is not None else self._continued_motion(motion, brake)
             if continued is not None:
-                clear, continues_unseen = self._would_be_clear(frame, continued)
+                clear, continues_unseen, looks = self._would_be_clear(frame, continued)
                 unseen = unseen or continues_unseen
         motion = motion or self._state.motion
-        return Assessed(
-            threats.status, threats, criterion, evaluation, triggers, clear, motion, None, rests_in_contact, unseen
-        )
+        votes = triggers, clear, motion, None, rests_in_contact, unseen
+        return Assessed(threats.status, threats, criterion, evaluation, *votes, (looks,))
 
     def _vote(self, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
         """Remember what came, count the two votes of a frame, and begin or end braking."""
@@ -504,8 +503,9 @@ class BrakeController:
                 brake.release_votes = brake.release_votes << 1 & counts
             return
         self._keep_time(stamp)
-        if assessed.looks is not None:
-            state.cloud_looks = {**state.cloud_looks, assessed.looks: stamp}
+        for edge in assessed.looks:
+            if edge is not None:
+                state.cloud_looks = {**state.cloud_looks, edge: stamp}
         state.criterion, state.evaluation = assessed.criterion, assessed.evaluation
         state.rests_in_contact, state.unseen = assessed.rests_in_contact, assessed.unseen
         trigger, release = self._trigger.quorum(state.period), self._release.quorum(state.period)
@@ -543,16 +543,16 @@ class BrakeController:
                 urgent, evaluation = criterion, other
         return urgent, evaluation
 
-    def _would_be_clear(self, frame: Frame, continued: Motion) -> tuple[bool, bool]:
-        """Return whether a frame is clear for what a braked vehicle would go on with, and whether that is unseen.
+    def _would_be_clear(self, frame: Frame, continued: Motion) -> tuple[bool, bool, int | None]:
+        """Return whether a frame is clear for what a braked vehicle would go on with, and what is seen of its path.
 
         Being slow is not being safe: the vehicle sees nothing come closer because it is braked.
         """
         _, (value, threshold, _) = self._most_urgent(self._assessment.assess_along(frame, continued))
         if value < self._settings.release_at * threshold:
-            return False, False
-        unseen, _ = self._fields_of_view.unseen(frame, self._state, continued)
-        return not unseen or self._settings.when_blind != BRAKE, unseen
+            return False, False, None
+        unseen, looks = self._fields_of_view.unseen(frame, self._state, continued)
+        return not unseen or self._settings.when_blind != BRAKE, unseen, looks
 
     def _continued_motion(self, motion: Motion | None, brake: Brake) -> Motion | None:
         """Return the motion of a vehicle that is released and not commanded, or None where that is not known."""
