@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
     Doubles = NDArray[np.float64]
 
-STRAINS = ((0.4, 0.0), (0.3, 0.15), (0.2, 0.3), (0.1, 0.6))
+STRAINS = ((0.6, 0.0), (0.2, 0.15), (0.13, 0.3), (0.07, 0.6))
 """Prior probability and size of each strain: that of its error at the mean distance from the centre over that of one
 match."""
-IN_SCALE = 1.25
+IN_SCALE = 1.5
 """The variance of the strain in the scale over that in stretch and in shear; parts farther away change the scale."""
 THIN = 1e-9
 """Matches whose extent across is less than this share of that along are on one line, and show no stretch."""

@@ -3,7 +3,7 @@
 use super::consensus::Ransac;
 use super::matches::Matches;
 use super::pairs::{Ratio, Rule};
-use super::similarity::Similarity;
+use super::similarity::Centred;
 use super::spread::spread;
 use super::{mean, median};
 use crate::error::{Error, count_in, positive};
@@ -81,8 +81,10 @@ impl Estimator {
             Estimator::MedianRatio => estimate_by(matches, median::median(matches, rule, level, threads)?),
             Estimator::TrimmedMeanRatio(share) => estimate_by(matches, mean::trimmed(matches, rule, share)?),
             Estimator::LeastSquares => {
-                let ratio = Similarity::fitted(matches)?.scale();
-                estimate_by(matches, Ratio { ratio, pairs: 0 })
+                let centred = Centred::of(matches)?;
+                let scale = centred.similarity().scale();
+                let spread = spread(matches, Some(centred), scale);
+                Estimate { scale, spread, pairs: 0, support: matches.len() }
             }
             Estimator::Consensus { tolerance, trials, seed } => {
                 let agreed = Ransac { tolerance, trials, seed }.inliers(matches, level)?;
@@ -94,5 +96,5 @@ impl Estimator {
 
 /// The estimate by a ratio of some matches.
 fn estimate_by<T: Real>(matches: &Matches<T>, Ratio { ratio, pairs }: Ratio) -> Estimate {
-    Estimate { scale: ratio, spread: spread(matches, ratio), pairs, support: matches.len() }
+    Estimate { scale: ratio, spread: spread(matches, Centred::of(matches), ratio), pairs, support: matches.len() }
 }

@@ -40,13 +40,17 @@ impl Centred {
         }
         (size > SAME_SPOT * count).then_some(Centred { before, now, size, product })
     }
+
+    /// The similarity of the least squared distances in the later picture.
+    pub(super) fn similarity(&self) -> Similarity {
+        Similarity::about(self.product.map(|part| part / self.size), self.before, self.now)
+    }
 }
 
 impl Similarity {
     /// The similarity of the least squared distances in the later picture.
     pub(super) fn fitted<T: Real>(matches: &Matches<T>) -> Option<Self> {
-        let Centred { before, now, size, product } = Centred::of(matches)?;
-        Some(Self::about(product.map(|part| part / size), before, now))
+        Centred::of(matches).map(|matches| matches.similarity())
     }
 
     /// The similarity that takes two matches where they went; `None` if both were on one spot.

@@ -14,26 +14,26 @@ use crate::real::Real;
 
 /// Prior probability and size of each strain: that of its error at the mean distance from the centre over that of one
 /// match.
-const STRAINS: [(f64, f64); 4] = [(0.4, 0.0), (0.3, 0.15), (0.2, 0.3), (0.1, 0.6)];
+const STRAINS: [(f64, f64); 4] = [(0.6, 0.0), (0.2, 0.15), (0.13, 0.3), (0.07, 0.6)];
 /// The variance of the strain in the scale over that in stretch and in shear; parts farther away change the scale.
-const IN_SCALE: f64 = 1.25;
+const IN_SCALE: f64 = 1.5;
 /// Matches whose extent across is less than this share of that along are on one line, and show no stretch.
 const THIN: f64 = 1e-9;
 
-/// The standard error of a scale; NaN with fewer than three matches.
-pub(super) fn spread<T: Real>(matches: &Matches<T>, scale: f64) -> f64 {
-    let Some(Centred { before, now, size, product }) = Centred::of(matches).filter(|_| matches.len() > 2) else {
+/// The standard error of a scale of matches, whose centre is known; NaN with fewer than three matches.
+pub(super) fn spread<T: Real>(matches: &Matches<T>, centred: Option<Centred>, scale: f64) -> f64 {
+    let Some(Centred { before, now, size, product }) = centred.filter(|_| matches.len() > 2) else {
         return f64::NAN;
     };
     let count = matches.len() as f64;
     let length = product[0].hypot(product[1]);
     let turn = if length > 0.0 { product.map(|part| part / length * scale) } else { [scale, 0.0] };
-    let best = Similarity::about(turn, before, now);
+    let similarity = Similarity::about(turn, before, now);
     // The residuals are fitted by a similarity and a strain, residual = a p + b conj(p), and b is stretch and shear.
     let (mut squared, mut own, mut along) = (0.0, [0.0; 2], [0.0; 2]);
     for i in 0..matches.len() {
         let (p, c) = matches.get(i);
-        let ([x, y], p) = (best.residual(p, c), minus(p, before));
+        let ([x, y], p) = (similarity.residual(p, c), minus(p, before));
         squared += x * x + y * y;
         own = plus(own, times(p, p));
         along = plus(along, times(p, [x, y]));
@@ -45,16 +45,17 @@ pub(super) fn spread<T: Real>(matches: &Matches<T>, scale: f64) -> f64 {
     let turned = minus(turn.map(|part| part * size), product).map(|part| part / size);
     let along = minus(along, times(own, turned));
     let across = size - (own[0] * own[0] + own[1] * own[1]) / size;
-    let bent = (along[0] * along[0] + along[1] * along[1]) / (across * across) * size / variance;
+    let distortion = (along[0] * along[0] + along[1] * along[1]) / (across * across) * size / variance;
     let parts = STRAINS.map(|(share, strain)| {
         let of_strain = strain * strain * count;
-        let (both, bent) = if across > THIN * size { (of_strain + size / across, bent) } else { (1.0, 0.0) };
-        ((share / both).ln() - bent / (2.0 * both), of_strain)
+        let (both, distortion) =
+            if across > THIN * size { (of_strain + size / across, distortion) } else { (1.0, 0.0) };
+        ((share / both).ln() - distortion / (2.0 * both), of_strain)
     });
-    let best = parts.iter().map(|(evidence, _)| *evidence).fold(f64::NEG_INFINITY, f64::max);
+    let most = parts.iter().map(|(evidence, _)| *evidence).fold(f64::NEG_INFINITY, f64::max);
     let (mut weights, mut strain) = (0.0, 0.0);
     for (evidence, of_strain) in parts {
-        let weight = (evidence - best).exp();
+        let weight = (evidence - most).exp();
         (weights, strain) = (weights + weight, strain + weight * of_strain);
     }
     (variance / size * (1.0 + IN_SCALE * strain / weights)).sqrt()
