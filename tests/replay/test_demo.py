@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tests.support.bags import drive, write
-from ttc_fast import Status
+from ttc_fast import Reason, Status
 from ttc_fast.cli import main
 from ttc_fast.logs import ScanLog, open_log
 from ttc_fast.replay import Replay, sample
@@ -270,3 +270,10 @@ def test_error_codes_of_a_recorded_laser_are_no_obstacles(data: Path) -> None:
     without = moving_ttc(path, range_min=0.0)
     assert len(without) > 600
     assert max(without) < 0.1
+
+
+def test_the_brake_of_a_tracker_that_warms_up_hides_no_cause() -> None:
+    replay = played(sample("clouds"))
+    warming, caused = replay.summary.events
+    assert (warming.begin.reason, caused.begin.reason) == (Reason.NO_MOTION, Reason.CRITERION)
+    assert warming.end < caused.begin.stamp

@@ -22,7 +22,7 @@ CONTRADICTION = 2.0
 
 
 class Event(NamedTuple):
-    """An event of braking.
+    """An event of braking. Another one begins where a criterion triggers while the car brakes for another reason.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Summary:
         self.odd: list[str] = []
         self._before: Row | None = None
         self._last: Row | None = None
-        self._brakes = self._has_key_frame = False
+        self._brakes = self._saw_cause = self._has_key_frame = False
 
     def add(self, row: Row) -> Row | None:
         """Take a row; return this one or the one before it if its frame is now the key frame, else None."""
@@ -164,15 +164,17 @@ class Summary:
     def _follow(self, row: Row) -> None:
         """Count commands and events."""
         brakes = row.command is Command.BRAKE
+        sees_cause = brakes and row.reason is Reason.CRITERION
         self.warnings += row.command is Command.WARN
-        if brakes and not self._brakes:
+        if brakes and (not self._brakes or (sees_cause and not self._saw_cause)):
             self.brakes += 1
+            self._saw_cause = False
             if self.brakes <= MOST_EVENTS:
                 self.events.append(Event(row, row.stamp, 1))
         elif brakes and self.brakes <= MOST_EVENTS:
             begin, _, frames = self.events[-1]
             self.events[-1] = Event(begin, row.stamp, frames + 1)
-        self._brakes = brakes
+        self._brakes, self._saw_cause = brakes, self._saw_cause or sees_cause
 
     @property
     def pace(self) -> str:

@@ -180,7 +180,8 @@ def _found(summary: Summary) -> Iterator[tuple[str, str]]:
     if summary.invalid:
         yield "invalid", f"{frames(summary.invalid)} with nothing valid, or with a stamp that is not newer"
     if summary.unknown:
-        yield "unknown", f"in {frames(summary.unknown)} nothing tells a closing speed; {option('speed')} does"
+        why = f"odometry is missing ({option('speed')} gives one), or a tracker warms up"
+        yield "unknown", f"in {frames(summary.unknown)} the closing speed is unknown: {why}"
     if summary.stale:
         gap = f"no frame came for longer than the brake waits, at most for {summary.longest_gap:.3g} s"
         yield "stale", f"{times(summary.stale)} {gap}; {option('sensor_timeout')} says how long it waits"
