@@ -97,13 +97,13 @@ def test_a_driver_who_asks_to_back_out_where_only_the_clouds_look_is_let_go(rate
     """It stands before a wall. No view says where the clouds look, and they have points behind."""
     both, let_go = Both(rate), math.inf
     for now, stamp, is_scan in both.messages:
-        speed, gap, wish = (SPEED, 4.0, None) if now < 0.3 else (0.0, 0.3, -1.0 if now > 1.5 else None)
+        speed, gap, asked = (SPEED, 4.0, None) if now < 0.3 else (0.0, 0.3, -1.0 if now > 1.5 else None)
         if is_scan:
             angles = np.asarray(both.scanner.angles)
             wall = np.where(np.abs(angles) < 0.5, (gap + CAR[1]) / np.cos(angles), 30.0)
-            decision = both.controller.update(now, ranges=wall, stamp=stamp, motion=Motion(speed), commanded=wish)
+            decision = both.controller.update(now, ranges=wall, stamp=stamp, motion=Motion(speed), commanded=asked)
         else:
-            decision = both.controller.update(now, points=BEHIND, stamp=stamp, motion=Motion(speed), commanded=wish)
+            decision = both.controller.update(now, points=BEHIND, stamp=stamp, motion=Motion(speed), commanded=asked)
         assert not 0.3 < now < 1.5 or decision.command is Command.BRAKE
         if decision.command is not Command.BRAKE and now > 1.5:
             let_go = min(let_go, now)

@@ -122,6 +122,7 @@ impl Kernel {
 
     /// The log evidence of the model, less that of the determinant, and the motion now; from the inner products of the
     /// whitened columns. The line has a flat prior, and is eliminated by generalized least squares.
+    #[allow(clippy::many_single_char_names, reason = "the entries of a matrix of two by two, and their indices")]
     fn posterior(&self, gram: &[[f64; COLUMNS]; COLUMNS]) -> (f64, Kinematics) {
         let [[a, b], [_, c]] = [[gram[0][0], gram[0][1]], [0.0, gram[1][1]]];
         let determinant = a * c - b * b;

@@ -253,6 +253,7 @@ impl ScanSweptPath {
     /// 0.0
     #[pyo3(signature = (speed, yaw_rate=Given::NOTHING, lateral_speed=Given::NOTHING, *, ahead, others=vec![]),
            text_signature = "($self, speed, yaw_rate=0.0, lateral_speed=0.0, *, ahead, others=())")]
+    #[allow(clippy::needless_pass_by_value, reason = "a list from Python arrives as a value")]
     fn unseen(
         &self,
         speed: &Bound<'_, PyAny>,

@@ -24,7 +24,9 @@ pub fn trend(sightings: &[Sighting], range_noise: f64) -> Option<Trend> {
     let observed = CellObservations::new(sightings);
     let found = irls_weights(&observed, range_noise);
     let (positions, mut covariance) = positions(&observed, &found);
-    covariance.iter_mut().for_each(|entry| *entry *= found.noise);
+    for entry in &mut covariance {
+        *entry *= found.noise;
+    }
     let now = estimate(&time, &positions, &covariance, 1.0);
     let mut edges: Vec<f64> =
         sightings.iter().zip(&positions).map(|(sighting, position)| sighting.edge - position).collect();

@@ -112,7 +112,8 @@ fn gap(from: f64, to: f64, gaps: &mut Vec<[(f64, f64); 2]>) {
             let (sin, cos) = (from + width * part / parts).sin_cos();
             (cos, sin)
         };
-        gaps.extend((0..parts as u32).map(|part| [direction(f64::from(part)), direction(f64::from(part) + 1.0)]));
+        let starts = std::iter::successors(Some(0.0), |part| Some(part + 1.0)).take_while(|part| *part < parts);
+        gaps.extend(starts.map(|part| [direction(part), direction(part + 1.0)]));
     }
 }
 

@@ -96,7 +96,7 @@ impl Track {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Filter {
     Recursive(KalmanFilter),
-    Bank(FilterBank),
+    Bank(Box<FilterBank>),
     Window(Window),
 }
 
@@ -111,7 +111,7 @@ impl Filter {
             }))
         };
         match method {
-            Method::MotionMixture { memory, scale } => Filter::Bank(FilterBank::new(memory, scale)),
+            Method::MotionMixture { memory, scale } => Filter::Bank(Box::new(FilterBank::new(memory, scale))),
             Method::SlidingLine { window, acceleration } => {
                 Filter::Window(Window::new(window, Fit::Line, acceleration))
             }
