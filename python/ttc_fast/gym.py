@@ -172,7 +172,7 @@ class _Filter:
         return np.where(np.isinf(left), np.inf, speed)
 
 
-class SafetyFilter(Wrapper):  # type: ignore[misc]
+class SafetyFilter(Wrapper):
     """Slow an action down before it drives into something.
 
     Each action is held against the newest observation: the vehicle may be as fast as it can stop in time, on its
@@ -267,7 +267,7 @@ class SafetyFilter(Wrapper):  # type: ignore[misc]
         return self._newest, reward, terminated, truncated, {**info, "safety": one}
 
 
-class VectorSafetyFilter(VectorWrapper):  # type: ignore[misc]
+class VectorSafetyFilter(VectorWrapper):
     """The ``SafetyFilter`` of a vectorised environment, with its parameters."""
 
     def __init__(

@@ -121,7 +121,7 @@ def test_it_keeps_a_random_agent_from_the_walls(several: bool) -> None:
 
 
 def test_what_it_says_of_an_action() -> None:
-    env = SafetyFilter(Box(), scanner(), stopping=StoppingDistance(6.0, 0.1, 0.2))
+    env: Any = SafetyFilter(Box(), scanner(), stopping=StoppingDistance(6.0, 0.1, 0.2))
     env.reset(seed=1)
     env.unwrapped.x, env.unwrapped.y, env.unwrapped.heading = 0.0, 0.0, 0.0
     env._newest = env.unwrapped._see()
@@ -138,7 +138,7 @@ def test_what_it_says_of_an_action() -> None:
 
 
 def test_too_fast_already_is_told_to_stop() -> None:
-    env = SafetyFilter(Box(), scanner())
+    env: Any = SafetyFilter(Box(), scanner())
     env.reset(seed=1)
     car = env.unwrapped
     car.x, car.y, car.heading, car.speed = 3.0, 0.0, 0.0, 5.0
@@ -149,7 +149,7 @@ def test_too_fast_already_is_told_to_stop() -> None:
 
 
 def test_a_blind_scanner_stops_it() -> None:
-    env = SafetyFilter(Box(blind_from=0.2), scanner())
+    env: Any = SafetyFilter(Box(blind_from=0.2), scanner())
     env.reset(seed=1)
     for _ in range(60):
         _, _, _, _, info = env.step(np.array([0.0, 2.0]))
@@ -158,11 +158,11 @@ def test_a_blind_scanner_stops_it() -> None:
 
 
 def test_it_does_not_reverse_where_it_does_not_look() -> None:
-    env = SafetyFilter(Box(), scanner())
+    env: Any = SafetyFilter(Box(), scanner())
     env.reset(seed=1)
     env.step(np.array([0.0, -2.0]))
     assert env.unwrapped.speed == 0.0
-    slow = SafetyFilter(Box(), scanner(), unseen_speed=0.3)
+    slow: Any = SafetyFilter(Box(), scanner(), unseen_speed=0.3)
     slow.reset(seed=1)
     for _ in range(5):
         _, _, _, _, info = slow.step(np.array([0.0, -2.0]))
@@ -173,7 +173,7 @@ def test_it_does_not_reverse_where_it_does_not_look() -> None:
 @pytest.mark.parametrize("blinded", [{"mask": np.abs(ANGLES) < 0.6}, {"mount": (-0.1, 0.0, math.pi)}], ids=str)
 def test_it_does_not_drive_ahead_where_it_does_not_look(blinded: dict[str, Any]) -> None:
     behind = ScanTTC(ANGLES[0], VIEW / (BEAMS - 1), BEAMS, range_max=30.0, outline=OUTLINE, **blinded)
-    env = SafetyFilter(Box(), behind)
+    env: Any = SafetyFilter(Box(), behind)
     env.reset(seed=1)
     for _ in range(60):
         env.step(np.array([0.0, 5.0]))
@@ -211,7 +211,7 @@ def test_other_names_are_read_by_a_function() -> None:
             seen = super()._see()
             return {"lidar": seen["scan"].astype(np.float32), "v": seen["linear_vel_x"]}
 
-    env = SafetyFilter(Named(), scanner(), read=lambda seen: Observed(seen["lidar"], seen["v"]))
+    env: Any = SafetyFilter(Named(), scanner(), read=lambda seen: Observed(seen["lidar"], seen["v"]))
     assert not drive(env, 3)[0]
     nameless = SafetyFilter(Named(), scanner())
     nameless.reset(seed=1)
