@@ -121,7 +121,7 @@ def _paced() -> Callable[[], None]:
     def wait() -> None:
         nonlocal due
         due = max(due + PERIOD_NS, perf_counter_ns())
-        time.sleep((due - perf_counter_ns()) / 1e9 if due > perf_counter_ns() else 0.0)
+        time.sleep(max(due - perf_counter_ns(), 0) / 1e9)
 
     return wait
 

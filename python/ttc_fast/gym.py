@@ -12,7 +12,7 @@ import numpy as np
 from ttc_fast._core import ScanSweptPath, ScanTTC
 from ttc_fast.brake.criteria import StoppingDistance
 from ttc_fast.brake.decision import Command
-from ttc_fast.brake.unseen import NARROW, THIRD
+from ttc_fast.brake.unseen import widest_unseen
 from ttc_fast.status import Status
 
 try:
@@ -172,7 +172,35 @@ class _Filter:
         return np.where(np.isinf(left), np.inf, speed)
 
 
-class SafetyFilter(Wrapper):
+class _Filters:
+    """What both wrappers share: the parameters, and the newest observation."""
+
+    env: Any
+
+    def __init__(
+        self,
+        env: Any,
+        scan: ScanTTC,
+        *,
+        stopping: StoppingDistance | None = None,
+        read: Callable[[Any], Observed] = f1tenth,
+        wheelbase: float | None = None,
+        speed_index: int = 1,
+        steering_index: int = 0,
+        agent: int = 0,
+        unseen_speed: float = 0.0,
+    ) -> None:
+        super().__init__(env)  # type: ignore[call-arg]
+        self._filter = _Filter(scan, stopping, read, wheelbase, speed_index, steering_index, agent, unseen_speed)
+        self._newest: Any = None
+
+    def reset(self, **how: Any) -> tuple[Any, dict[str, Any]]:
+        """Reset what is wrapped."""
+        self._newest, info = self.env.reset(**how)
+        return self._newest, info
+
+
+class SafetyFilter(_Filters, Wrapper):
     """Slow an action down before it drives into something.
 
     Each action is held against the newest observation: the vehicle may be as fast as it can stop in time, on its
@@ -236,28 +264,6 @@ class SafetyFilter(Wrapper):
             return VectorSafetyFilter(env, *arguments, **settings)
         return super().__new__(cls)
 
-    def __init__(
-        self,
-        env: Any,
-        scan: ScanTTC,
-        *,
-        stopping: StoppingDistance | None = None,
-        read: Callable[[Any], Observed] = f1tenth,
-        wheelbase: float | None = None,
-        speed_index: int = 1,
-        steering_index: int = 0,
-        agent: int = 0,
-        unseen_speed: float = 0.0,
-    ) -> None:
-        super().__init__(env)
-        self._filter = _Filter(scan, stopping, read, wheelbase, speed_index, steering_index, agent, unseen_speed)
-        self._newest: Any = None
-
-    def reset(self, **how: Any) -> tuple[Any, dict[str, Any]]:
-        """Reset the environment."""
-        self._newest, info = self.env.reset(**how)
-        return self._newest, info
-
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Step the environment with the action as it is safe."""
         filtered, said = self._filter.apply(self._newest, action, None)
@@ -267,30 +273,8 @@ class SafetyFilter(Wrapper):
         return self._newest, reward, terminated, truncated, {**info, "safety": one}
 
 
-class VectorSafetyFilter(VectorWrapper):
+class VectorSafetyFilter(_Filters, VectorWrapper):
     """The ``SafetyFilter`` of a vectorised environment, with its parameters."""
-
-    def __init__(
-        self,
-        env: Any,
-        scan: ScanTTC,
-        *,
-        stopping: StoppingDistance | None = None,
-        read: Callable[[Any], Observed] = f1tenth,
-        wheelbase: float | None = None,
-        speed_index: int = 1,
-        steering_index: int = 0,
-        agent: int = 0,
-        unseen_speed: float = 0.0,
-    ) -> None:
-        super().__init__(env)
-        self._filter = _Filter(scan, stopping, read, wheelbase, speed_index, steering_index, agent, unseen_speed)
-        self._newest: Any = None
-
-    def reset(self, **how: Any) -> tuple[Any, dict[str, Any]]:
-        """Reset the environments."""
-        self._newest, info = self.env.reset(**how)
-        return self._newest, info
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Step the environments with the actions as they are safe."""
@@ -301,5 +285,4 @@ class VectorSafetyFilter(VectorWrapper):
 
 def unseen(path: ScanSweptPath, speed: float) -> bool:
     """Return whether no beam looks at a part of the path straight ahead or back that is too wide to be left unseen."""
-    rear, front, right, left = path.scan.outline or (0.0, 0.0, 0.0, 0.0)
-    return path.unseen(speed, ahead=1.0) > min(NARROW, (front - rear) * THIRD, (left - right) * THIRD)
+    return path.unseen(speed, ahead=1.0) > widest_unseen(path.scan.outline or (0.0, 0.0, 0.0, 0.0))

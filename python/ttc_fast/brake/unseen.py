@@ -61,15 +61,7 @@ class FieldsOfView:
         stopping = next((each for each in criteria if isinstance(each, StoppingDistance)), None)
         stopping = stopping or StoppingDistance(deceleration=settings.deceleration)
         self._reaction_time, self._deceleration = stopping.reaction_time, stopping.deceleration
-        self._narrow = self._narrowest()
-
-    def _narrowest(self) -> float:
-        """Return how wide an unseen strip of the path may be, m."""
-        outline = self._assessment.outline
-        if outline is None:
-            return NARROW
-        x_rear, x_front, y_right, y_left = outline
-        return float(min(NARROW, (x_front - x_rear) * THIRD, (y_left - y_right) * THIRD))
+        self._narrow = NARROW if assessment.outline is None else widest_unseen(assessment.outline)
 
     def unseen(self, frame: Frame, state: ControllerState, motion: Motion | None) -> tuple[bool, int | None]:
         """Return whether nothing looks at a part of the path, and the edge that a cloud turned out to look at."""
@@ -116,6 +108,12 @@ class FieldsOfView:
         else:
             seen = path.nearest(points, 0.0, 0.0, math.copysign(PROBE, lateral_speed))
         return bool(seen.ttc < math.inf)
+
+
+def widest_unseen(outline: tuple[float, float, float, float]) -> float:
+    """Return how wide an unseen strip of the path of an outline may be, m."""
+    x_rear, x_front, y_right, y_left = outline
+    return float(min(NARROW, (x_front - x_rear) * THIRD, (y_left - y_right) * THIRD))
 
 
 def leading_edge(speed: float, lateral_speed: float) -> int:

@@ -1,4 +1,4 @@
-"""What a node publishes: plain values, and the messages of ROS filled from them.
+"""What a node publishes: plain values, and the messages of ROS filled from them; and the odometry that it takes.
 
 The fields are the same in rospy, in rclpy and over DDS; an adapter hands over a message, and its own time stamp.
 """
@@ -8,6 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ttc_fast.brake import Command
+from ttc_fast.ros_messages import yaw_of
+from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
     from ttc_fast.brake import Decision
@@ -17,6 +19,13 @@ OK, WARN, ERROR, STALE = range(4)
 SPHERE = 2
 """visualization_msgs/Marker.SPHERE."""
 COLOURS = {Command.NONE: (0.0, 0.8, 0.0), Command.WARN: (1.0, 0.7, 0.0), Command.BRAKE: (1.0, 0.0, 0.0)}
+
+
+def odometry_of(msg: Any) -> tuple[float, float, float, Pose]:
+    """Return speed, yaw rate, lateral speed and pose of a nav_msgs/Odometry, m/s, rad/s and m."""
+    twist, at, turned = msg.twist.twist, msg.pose.pose.position, msg.pose.pose.orientation
+    yaw = yaw_of(turned.x, turned.y, turned.z, turned.w)
+    return twist.linear.x, twist.angular.z, twist.linear.y, Pose(at.x, at.y, yaw)
 
 
 class Drive(NamedTuple):

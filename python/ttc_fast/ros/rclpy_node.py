@@ -28,10 +28,8 @@ from ttc_fast import ros_messages
 from ttc_fast.configuration import PARTS
 from ttc_fast.ros.core import BrakeNode, freeze_heap, of_ackermann, of_twist, on_transforms
 from ttc_fast.ros.files import OF_EVERY_NODE
-from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
+from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker, odometry_of
 from ttc_fast.ros.settings import AT_START, NodeSettings, SettingError, parameters_of_node
-from ttc_fast.ros_messages import yaw_of
-from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -157,11 +155,7 @@ class RclpyNode(Node):  # type: ignore[misc] # rclpy has no types here
         return partial(self._on_odometry, self.resolve_topic_name(topic) if topic else "")
 
     def _on_odometry(self, topic: str, msg: Any) -> None:
-        twist, pose = msg.twist.twist, msg.pose.pose
-        speeds = twist.linear.x, twist.angular.z, twist.linear.y
-        turned = pose.orientation
-        at = Pose(pose.position.x, pose.position.y, yaw_of(turned.x, turned.y, turned.z, turned.w))
-        self.core.on_odometry(self._now(), _seconds(msg.header.stamp), *speeds, at, topic)
+        self.core.on_odometry(self._now(), _seconds(msg.header.stamp), *odometry_of(msg), topic)
 
     def _on_speed(self, msg: Any) -> None:
         self.core.on_speed(self._now(), msg.data)

@@ -21,10 +21,8 @@ from std_msgs.msg import Bool, Float32, Float64
 from visualization_msgs.msg import Marker
 
 from ttc_fast.ros.core import BrakeNode, freeze_heap, of_ackermann, of_twist, on_transforms
-from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker
+from ttc_fast.ros.messages import fill_diagnostics, fill_drive, fill_marker, odometry_of
 from ttc_fast.ros.settings import NodeSettings, SettingError
-from ttc_fast.ros_messages import yaw_of
-from ttc_fast.sensors.odometry import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -153,11 +151,7 @@ class RospyNode:
         self._publish(self.core.on_cloud(rospy.get_time(), msg.header.stamp.to_sec(), msg))
 
     def _on_odometry(self, topic: str, msg: Any) -> None:
-        twist, pose = msg.twist.twist, msg.pose.pose
-        speeds = twist.linear.x, twist.angular.z, twist.linear.y
-        turned = pose.orientation
-        at = Pose(pose.position.x, pose.position.y, yaw_of(turned.x, turned.y, turned.z, turned.w))
-        self.core.on_odometry(rospy.get_time(), msg.header.stamp.to_sec(), *speeds, at, topic)
+        self.core.on_odometry(rospy.get_time(), msg.header.stamp.to_sec(), *odometry_of(msg), topic)
 
     def _on_speed(self, msg: Any) -> None:
         self.core.on_speed(rospy.get_time(), msg.data)
