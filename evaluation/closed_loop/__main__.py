@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 COUNTS = ("drives", "possible", "collisions", "unavoidable", "needless stops", "of them false")
 MARGINS = ("earliest", "5 %", "median", "latest", "least room")
 LEGEND = (
-    "Possible: there was a collision to prevent, and time to do so. Collisions: in these. Unavoidable: other "
-    "collisions. Earliest to latest: from the brake to when the collision would have been; room: what was left before "
-    "the car when it stood, at most 3 m. Both in possible drives."
+    "Possible: there was a collision to prevent, and time to do so after a beam had met what was in the way. "
+    "Collisions: in these. Unavoidable: other collisions. Earliest to latest: from the brake to when the collision "
+    "would have been; room: what was left before the car when it stood, at most 3 m. Both in possible drives."
 )
 
 
@@ -164,7 +164,14 @@ def tables(seed: int, results: dict[str, list[Drive]]) -> list[Report]:
 def said(seed: int, drives: list[Drive]) -> list[str]:
     """Name every drive that went wrong, to look at it again, and say how needless stops came about."""
     wrong = "; ".join(gone_wrong(drives)) or "no collision where braking was possible, and no false stop"
-    return [f"Seed {seed}, {len(drives)} drives of the default: {wrong}.", f"Seed {seed}: {needless(drives)}."]
+    hidden = [each.run for each in drives if each.unavoidable and each.truth.with_perfect_sight]
+    between = f"of the unavoidable collisions {len(hidden)} were possible to prevent for a scanner without gaps"
+    runs = f" (runs {', '.join(map(str, hidden))})" if hidden else ""
+    return [
+        f"Seed {seed}, {len(drives)} drives of the default: {wrong}.",
+        f"Seed {seed}: {between} between its beams{runs}.",
+        f"Seed {seed}: {needless(drives)}.",
+    ]
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evaluation.closed_loop.scenarios import Scenario, scenario
-from evaluation.closed_loop.simulator import BODY, Brake, Pose, seen_from, slowed, step, touch
+from evaluation.closed_loop.simulator import BODY, Brake, Pose, first_touch, seen_from, slowed, step, touch
 from ttc_fast import BrakeController, Command, Motion
 
 if TYPE_CHECKING:
@@ -37,7 +37,9 @@ class Truth:
     nearest: float
     """The least true TTC of the drive, as a multiple of the threshold of the default criteria."""
     possible: bool
-    """Whether it hits something that a brake at the first chance, after all delays, would have prevented."""
+    """Whether it hits something that a brake would have prevented, four scans and all delays after a beam met it."""
+    with_perfect_sight: bool
+    """Whether a brake would have prevented it that long after it came onto the path, between the beams or not."""
 
 
 @dataclass(frozen=True)
@@ -98,26 +100,46 @@ def drives(seed: int, run: int, each: Sequence[dict[str, Any]]) -> list[Drive]:
 
 def truth_of(made: Scenario) -> Truth:
     """Drive without a brake, and with one that brakes fully as soon as it could."""
-    hits, foreseen, nearest = without_brake(made)
+    hits, foreseen, seen, nearest = without_brake(made)
     reaction = made.scanner.latency + 4 * made.scanner.period + Brake().delay
-    return Truth(hits, nearest, hits < math.inf and not braked_from(made, foreseen + reaction))
+    possible, with_perfect_sight = (
+        hits < math.inf and not braked_from(made, each + reaction) for each in (seen, foreseen)
+    )
+    return Truth(hits, nearest, possible, with_perfect_sight)
 
 
-def without_brake(made: Scenario) -> tuple[float, float, float]:
-    """Drive as planned; return when it hits, when that could be foreseen, and the least multiple of a threshold."""
+def without_brake(made: Scenario) -> tuple[float, float, float, float]:
+    """Drive as planned.
+
+    Returns
+    -------
+    hits, foreseen, seen : float
+        When it hits, since when what it hits is on its path, and when a beam first met that there, s. A scanner that
+        does not look there, or has gone blind, need not meet anything: the controller knows that it sees nothing.
+    nearest : float
+        The least multiple of a threshold.
+    """
     pose, time = Pose(0.0, 0.0, 0.0, made.plan.speed), 0.0
-    foreseen, nearest = math.inf, math.inf
+    foreseen, seen, nearest = math.inf, math.inf, math.inf
     while time < made.duration:
         segments = seen_from(made.world.at(time), pose.x, pose.y, pose.heading)
         if touch(segments, BODY):
-            return time, foreseen, nearest
+            return time, foreseen, seen, nearest
         ahead = true_ttc(segments, pose.speed, made.plan.curvature, OUTLINE)
-        foreseen = min(foreseen, time) if ahead < math.inf else math.inf
+        if ahead == math.inf:
+            foreseen = seen = math.inf
+        else:
+            foreseen = min(foreseen, time)
+            if seen == math.inf:
+                dark = made.unseen or time >= made.scanner.blind_from
+                met = segments if dark else made.scanner.met(segments)
+                if true_ttc(met, pose.speed, made.plan.curvature, OUTLINE) < math.inf:
+                    seen = time
         nearest = min(nearest, ahead / max(1.5, stopping_time(pose.speed)))
         for _ in range(round(made.scanner.period / PHYSICS)):
             time += PHYSICS
             pose = step(pose, made.plan.curvature, made.plan.wanted(time), PHYSICS)
-    return math.inf, math.inf, nearest
+    return math.inf, math.inf, math.inf, nearest
 
 
 def stopping_time(speed: float) -> float:
@@ -130,8 +152,8 @@ def true_ttc(segments: Any, speed: float, curvature: float, outline: tuple[float
     way = speed * FUTURE
     turn = curvature * way
     chord = way * np.sinc(turn / (2.0 * np.pi))
-    touched = touch(seen_from(segments, chord * np.cos(turn / 2.0), chord * np.sin(turn / 2.0), turn), outline)
-    return float(FUTURE[np.argmax(touched)]) if touched.any() else math.inf
+    first = first_touch(segments, chord * np.cos(turn / 2.0), chord * np.sin(turn / 2.0), turn, outline)
+    return float(FUTURE[first]) if first >= 0 else math.inf
 
 
 def braked_from(made: Scenario, begin: float) -> bool:

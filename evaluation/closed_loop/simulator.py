@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -131,31 +132,44 @@ def arc(radius: float, begin: float, end: float, x: float, y: float, pieces: int
     return chain(np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)]))
 
 
-def seen_from(segments: Floats, x: Any, y: Any, heading: Any) -> Floats:
-    """Return the segments in the frame of a pose; poses that are arrays give a first axis."""
-    x, y, heading = (np.asarray(each)[..., np.newaxis] for each in (x, y, heading))
-    cos, sin = np.cos(heading), np.sin(heading)
-    ends = []
+@numba.njit(cache=True)
+def seen_from(segments: Floats, x: float, y: float, heading: float) -> Floats:
+    """Return the segments in the frame of a pose."""
+    cos, sin = math.cos(heading), math.sin(heading)
+    seen = np.empty_like(segments)
     for end in (0, 2):
         east, north = segments[:, end] - x, segments[:, end + 1] - y
-        ends += [cos * east + sin * north, cos * north - sin * east]
-    return np.stack(ends, axis=-1)
+        seen[:, end], seen[:, end + 1] = cos * east + sin * north, cos * north - sin * east
+    return seen
 
 
-def touch(segments: Floats, outline: tuple[float, float, float, float]) -> NDArray[np.bool_]:
-    """Return whether any of the segments (..., S, 4), in the vehicle frame, meets the outline, by clipping."""
-    x_rear, x_front, y_right, y_left = outline
-    begin, along = segments[..., :2], segments[..., 2:] - segments[..., :2]
-    enter, leave = np.zeros(segments.shape[:-1]), np.ones(segments.shape[:-1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for axis, low, high in ((0, x_rear, x_front), (1, y_right, y_left)):
-            at, way = begin[..., axis], along[..., axis]
-            one, other = (low - at) / way, (high - at) / way
-            inside = (at >= low) & (at <= high)
-            enter = np.maximum(enter, np.where(way == 0.0, np.where(inside, 0.0, np.inf), np.minimum(one, other)))
-            leave = np.minimum(leave, np.where(way == 0.0, np.where(inside, 1.0, -np.inf), np.maximum(one, other)))
-    touched: NDArray[np.bool_] = np.any(enter <= leave, axis=-1)
-    return touched
+@numba.njit(cache=True, error_model="numpy")
+def touch(segments: Floats, outline: tuple[float, float, float, float]) -> bool:
+    """Return whether any of the segments (S, 4), in the vehicle frame, meets the outline, by clipping."""
+    for segment in segments:
+        enter, leave = 0.0, 1.0
+        for axis in range(2):
+            low, high = outline[2 * axis], outline[2 * axis + 1]
+            at, way = segment[axis], segment[axis + 2] - segment[axis]
+            if way != 0.0:
+                one, other = (low - at) / way, (high - at) / way
+                enter, leave = max(enter, min(one, other)), min(leave, max(one, other))
+            elif not low <= at <= high:
+                leave = -np.inf
+        if enter <= leave:
+            return True
+    return False
+
+
+@numba.njit(cache=True)
+def first_touch(
+    segments: Floats, x: Floats, y: Floats, heading: Floats, outline: tuple[float, float, float, float]
+) -> int:
+    """Return the first of many poses in which any of the segments meets the outline, or -1."""
+    for pose in range(len(x)):
+        if touch(seen_from(segments, x[pose], y[pose], heading[pose]), outline):
+            return pose
+    return -1
 
 
 BEAMS = 361
@@ -197,6 +211,15 @@ class Scanner:
         ranges[rng.random(BEAMS) < self.dropouts] = np.nan
         return ranges
 
+    def met(self, segments: Floats) -> Floats:
+        """Return the places that the beams meet without any fault, in the vehicle frame, as segments of no length."""
+        ranges = distances(seen_from(segments, *self.mount))
+        near = ranges <= RANGE_MAX
+        x, y, yaw = self.mount
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        places = ranges[near, np.newaxis] * DIRECTIONS[near] @ np.array([[cos, sin], [-sin, cos]]) + [x, y]
+        return np.hstack([places, places])
+
     def reader(self, outline: tuple[float, float, float, float]) -> ScanTTC:
         """Return the ``ScanTTC`` that reads it."""
         return ScanTTC(
@@ -210,14 +233,17 @@ class Scanner:
         )
 
 
+@numba.njit(cache=True, error_model="numpy")
 def distances(segments: Floats) -> Floats:
     """Return the distance to the nearest segment along each beam, in the scanner frame; infinite without one."""
-    begin, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
-    across = DIRECTIONS[:, :1] * along[:, 1] - DIRECTIONS[:, 1:] * along[:, 0]
-    area = begin[:, 0] * along[:, 1] - begin[:, 1] * along[:, 0]
-    offset = begin[:, 0] * DIRECTIONS[:, 1:] - begin[:, 1] * DIRECTIONS[:, :1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance, part = area / across, offset / across
-    hit = (distance > 0.0) & (part >= 0.0) & (part <= 1.0)
-    nearest: Floats = np.min(np.where(hit, distance, np.inf), axis=1, initial=np.inf)
+    nearest = np.full(BEAMS, np.inf)
+    for x, y, x_end, y_end in segments:
+        along_x, along_y = x_end - x, y_end - y
+        area = x * along_y - y * along_x
+        for beam in range(BEAMS):
+            cos, sin = DIRECTIONS[beam]
+            across = cos * along_y - sin * along_x
+            distance, part = area / across, (x * sin - y * cos) / across
+            if 0.0 < distance < nearest[beam] and 0.0 <= part <= 1.0:
+                nearest[beam] = distance
     return nearest

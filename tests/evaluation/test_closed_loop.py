@@ -10,9 +10,21 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytest.importorskip("numba", reason="needs the extra bench")
+
 from evaluation.closed_loop import drive as driving
 from evaluation.closed_loop.__main__ import kinds, table
-from evaluation.closed_loop.drive import OUTLINE, Drive, Truth, braked_from, drives, true_ttc, truth_of, with_brake
+from evaluation.closed_loop.drive import (
+    OUTLINE,
+    Drive,
+    Truth,
+    braked_from,
+    drives,
+    true_ttc,
+    truth_of,
+    with_brake,
+    without_brake,
+)
 from evaluation.closed_loop.scenarios import KINDS, Scenario, scenario
 from evaluation.closed_loop.simulator import (
     ANGLES,
@@ -105,6 +117,17 @@ class TestTruth:
         assert truth.hits < math.inf
         assert not truth.possible
 
+    def test_what_no_beam_meets_is_not_seen(self) -> None:
+        """Beams 0.75 degrees apart meet the 6 cm of a wall that are in the way at 10.7 m or more, then at 7.6 m."""
+        wall = chain([[0.25 + 10.5, 0.14], [0.25 + 10.5, 3.0]])
+        hits, foreseen, seen, _ = without_brake(Scenario("", True, World(wall), Plan(4.0), PERFECT))
+        assert hits == pytest.approx((10.75 - BODY[1]) / 4.0, abs=PERFECT.period)
+        assert foreseen == 0.0
+        assert seen == pytest.approx((10.5 - OUTLINE[3] / math.tan(math.radians(1.5))) / 4.0, abs=PERFECT.period)
+        truth = truth_of(scenario(1, 2962)[0])
+        assert truth.with_perfect_sight
+        assert not truth.possible
+
     @pytest.mark.parametrize("speed", [0.5, -2.0, 6.0])
     def test_time_to_a_wall(self, speed: float) -> None:
         wall = math.copysign(2.0, speed)
@@ -117,10 +140,10 @@ class TestTruth:
         def stop(truth: Truth, blind_from: float = math.inf) -> Drive:
             return Drive(0, "straight", truth, False, 1.0, blind_from, "", 1.0)
 
-        assert stop(Truth(math.inf, nearest, False)).false_stop is false
-        assert not stop(Truth(2.0, nearest, True)).false_stop
-        assert not stop(Truth(math.inf, nearest, False), blind_from=0.8).needless
-        assert stop(Truth(math.inf, nearest, False), blind_from=1.2).needless
+        assert stop(Truth(math.inf, nearest, False, False)).false_stop is false
+        assert not stop(Truth(2.0, nearest, True, True)).false_stop
+        assert not stop(Truth(math.inf, nearest, False, False), blind_from=0.8).needless
+        assert stop(Truth(math.inf, nearest, False, False), blind_from=1.2).needless
 
 
 class TestCar:
