@@ -11,7 +11,7 @@ SOURCES := pyproject.toml Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -
 RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 MATURIN := $(shell sed -n 's/^requires = \["\(.*\)"\]/\1/p' pyproject.toml)
 
-TARGETS := help test demo bench bench-check instructions lint ros1 ros2 wheel clean
+TARGETS := help test demo docs bench bench-check instructions lint ros1 ros2 wheel clean
 .PHONY: $(TARGETS)
 .NOTPARALLEL:
 MAKEFLAGS += --no-builtin-rules
@@ -34,6 +34,10 @@ test: $(VENV)/.has-test ## run the tests, Rust and Python
 demo: $(VENV)/.has-demo ## replay the simulated samples, or a log, through the brake: make demo LOG=path
 	$(call say,replaying $(or $(LOG),the two simulated logs that the package ships); pictures go into demo-out)
 	$(BIN)/ttc-fast demo $(if $(LOG),"$(LOG)")
+
+docs: $(VENV)/.has-docs ## build the documentation site into build/site, links checked; make docs SERVE=1 shows it on port 8000
+	$(call say,$(if $(SERVE),http://localhost:8000 until Ctrl-C,documentation in build/site: open index.html there))
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs --quiet $(if $(SERVE),serve,build --strict)
 
 bench: $(VENV)/.release ## measure kernels, whole Python calls beside others, and how far the goals are reached
 	$(call say,kernels)

@@ -319,18 +319,27 @@ NOTHING = Evaluation(math.inf, 0.0, None)
 
 
 class Needs(Enum):
-    """Which threats a criterion evaluates."""
+    """Which threats a criterion evaluates.
+
+    Attributes
+    ----------
+    BEAMS
+        The nearest beam by iTTC.
+    PATH
+        The nearest return on the path of the outline.
+    NEAREST
+        The nearest return on the path where there is an outline, else the nearest beam by iTTC.
+    ESTIMATE
+        The estimate alone.
+    ARC
+        The nearest return on the path, and with a planned path that on the present arc as well.
+    """
 
     BEAMS = "beams"
-    """The nearest beam by iTTC."""
     PATH = "path"
-    """The nearest return on the path of the outline."""
     NEAREST = "nearest"
-    """The nearest return on the path where there is an outline, else the nearest beam by iTTC."""
     ESTIMATE = "estimate"
-    """The estimate alone."""
     ARC = "arc"
-    """The nearest return on the path, and with a planned path that on the present arc as well."""
 
 
 class Criterion(Protocol):

@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     token = ON_COMMAND_LINE.set(True)
     try:
-        arguments = _parser().parse_args(argv)
+        arguments = parsers()["ttc-fast"].parse_args(argv)
         arguments.run(arguments)
     except LogError as error:
         return _complain(UNREADABLE, str(error))
@@ -88,15 +88,17 @@ def _complain(code: int, problem: str) -> int:
     return code
 
 
-def _parser() -> argparse.ArgumentParser:
+def parsers() -> dict[str, argparse.ArgumentParser]:
+    """Return the parser of ``ttc-fast`` and that of each of its commands, by what is typed."""
     parser = Parser(
         prog="ttc-fast",
         description="Time to collision from laser scans, clouds and distances: over recorded logs, and as a brake.",
     )
     parser.add_argument("--version", action="version", version=f"ttc-fast {__version__}, kernels: {SIMD_LEVEL}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    each = {parser.prog: parser}
     for name, command in (("replay", replay), ("demo", demo), ("bench", bench), ("node", node)):
-        options = commands.add_parser(
+        options = each[f"{parser.prog} {name}"] = commands.add_parser(
             name,
             usage=getattr(command, "USAGE_LINE", None),
             help=command.SUMMARY,
@@ -104,4 +106,4 @@ def _parser() -> argparse.ArgumentParser:
         )
         command.add_options(options)
         options.set_defaults(run=command.run, extra=getattr(command, "EXTRA", None))
-    return parser
+    return each
