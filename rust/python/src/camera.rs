@@ -70,11 +70,11 @@ settings_class! {
 }
 
 settings_class! {
-    /// The mean ratio of distances of the matches that move as one body. The default.
+    /// The least-squares scale of the matches that move as one body. The default.
     ///
     /// Background and mismatches do not move with the body ahead. The similarity (scale, turn and shift) that most
     /// matches agree with is looked for by two matches at a time, and refined by least squares until its matches are
-    /// those that agree with it. What is left has no outliers, so all pairs are averaged.
+    /// those that agree with it. What is left has no outliers.
     ///
     /// Parameters
     /// ----------
@@ -98,8 +98,12 @@ settings_class! {
     /// Agreement is first within ``tolerance``, then within the circle that 95 % of normal errors of the matches so far
     /// are in (2.45 standard deviations of a coordinate; at least 0.1 px), and no match belongs for being one of two.
     /// Where more than a tenth of all coordinates do not change at all, positions are rounded to pixels. Errors are
-    /// then as large as the step between two pixels, so the tolerance stays what it is, and the mean takes in all that
+    /// then as large as the step between two pixels, so the tolerance stays what it is, and the scale takes in all that
     /// stayed and all that jumped: only together they say how far the body moved.
+    ///
+    /// The scale is that of least squares over the matches that belong, with stretch and shear fitted beside it as far as
+    /// independent errors do not explain them. So the matches far out along one axis do not outweigh the others.
+    /// ``min_distance`` does not change it: it only asks that some pair of the body is as far apart.
     ///
     /// Pairs are drawn by the generator SplitMix64 [Steele, Lea and Flood 2014]. Random sample consensus is of
     /// [Fischler and Bolles 1981].
@@ -137,7 +141,7 @@ settings_class! {
 ///     Lower and upper end of the 90 % interval of ``ttc``, s, in [0, inf]: the times of scales ``1.645 spread`` above
 ///     and below. The upper end is inf where the thing may not grow. None where ``spread`` is NaN.
 /// pairs : int
-///     Ratios of distances that the scale rests on; 0 for an estimator that needs none.
+///     Pairs of matches in support that count; 0 for ``LeastSquares``, which asks for none.
 /// matches : int
 ///     Matches that count.
 /// support : int

@@ -4,7 +4,7 @@
 - ``pairs``: how many times as far apart each pair of them is now
 - ``similarity`` and ``consensus``: which matches move as one body
 - ``estimator``: from matches to one scale
-- ``spread``: the standard error of the scale
+- ``spread``: the standard error of the scale, and a fit that allows for strain
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class KeypointTTC:
     ttc_interval: tuple[float, float] | None
     """Lower and upper end of the 90 % interval, s, in [0, inf]. None without a spread."""
     pairs: int
-    """The number of ratios of distances that the scale rests on; 0 for an estimator that uses none."""
+    """The number of pairs in support that count; 0 for an estimator that asks for none."""
     matches: int
     """The number of matches that count: those whose four numbers are positions."""
     support: int

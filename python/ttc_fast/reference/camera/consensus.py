@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.reference.camera.similarity import fitted, squared_residuals, through, total
+from ttc_fast.reference.camera.similarity import Similarity, fitted, squared_residuals, through, total
+from ttc_fast.reference.camera.spread import strained
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast._core import Consensus
-    from ttc_fast.reference.camera.similarity import Similarity
 
     Doubles = NDArray[np.float64]
     Bools = NDArray[np.bool_]
@@ -36,13 +36,21 @@ def inliers(search: Consensus, before: Doubles, now: Doubles) -> Bools | None:
     best = _best_of_pairs(search, before, now, squared)
     if best is None:
         return None
-    rounded = (before == now).sum() > UNCHANGED * before.size
     those = squared_residuals(best, before, now) <= squared
+    for fit in (fitted, strained):
+        those = _refined(fit, before, now, those, squared)
+    return those
+
+
+def _refined(fit: Any, before: Doubles, now: Doubles, those: Bools, squared: float) -> Bools:
+    """Find the matches that agree with a map that is fitted to them, from those of a first guess."""
+    rounded = (before == now).sum() > UNCHANGED * before.size
     for _ in range(MOST_ROUNDS):
-        similarity = fitted(before[those], now[those])
-        if similarity is None:
+        found = fit(before[those], now[those])
+        if found is None:
             break
-        residuals = squared_residuals(similarity, before, now)
+        is_similarity = isinstance(found, Similarity)
+        residuals = squared_residuals(found, before, now) if is_similarity else found.squared_residuals(before, now)
         variance = total(residuals[those]) / (2 * those.sum())
         limit = squared if rounded else min(squared, variance * WIDTH_SQUARED)
         following = residuals <= max(limit, min(squared, LEAST_TOLERANCE * LEAST_TOLERANCE))

@@ -12,7 +12,7 @@ from ttc_fast._core import Consensus, LeastSquares, MedianRatio, TrimmedMeanRati
 from ttc_fast.reference.camera.consensus import inliers
 from ttc_fast.reference.camera.pairs import ratios
 from ttc_fast.reference.camera.similarity import fitted
-from ttc_fast.reference.camera.spread import spread
+from ttc_fast.reference.camera.spread import spread, strained
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,7 +30,7 @@ class Estimate:
     spread: float
     """The standard error of the scale."""
     pairs: int
-    """The number of ratios that it rests on."""
+    """The number of pairs in support that count."""
     support: int
     """The number of matches that stand behind it."""
 
@@ -64,7 +64,10 @@ def estimate(estimator: ScaleEstimator, before: Doubles, now: Doubles, min_dista
             if those is None:
                 return None
             every = ratios(before[those], now[those], min_distance)
-            return _estimate_by(before[those], now[those], every, float(every.mean()) if len(every) else math.nan)
+            refined = strained(before[those], now[those])
+            if refined is None or len(every) == 0:
+                return None
+            return Estimate(refined.scale, refined.spread, len(every), int(those.sum()))
 
 
 def _estimate_by(before: Doubles, now: Doubles, every: Doubles, scale: float) -> Estimate | None:

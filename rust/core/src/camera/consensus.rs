@@ -1,11 +1,12 @@
 //! The matches that move as one body: random sample consensus (RANSAC) over similarities.
 //!
 //! A match that does not belong to the body ahead, be it background or a mismatch, moves in another way. So the
-//! similarity that most matches agree with is looked for, by two matches at a time, and refined until it is fitted to
-//! the matches that agree with it.
+//! similarity that most matches agree with is looked for, by two matches at a time. It is refined
+//! until it is fitted to the matches that agree with it, first as it is and then with the strain that they show.
 
 use super::matches::Matches;
 use super::similarity::Similarity;
+use super::spread::Strained;
 use crate::lanes::LANES;
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
@@ -35,18 +36,13 @@ impl Ransac {
     pub(super) fn inliers<T: Real>(self, matches: &Matches<T>, level: Level) -> Option<Matches<T>> {
         let squared = self.tolerance * self.tolerance;
         let best = self.best_of_pairs(matches, squared, level)?;
-        let rounded = is_rounded(matches);
-        let mut agreed = inliers(matches, best, squared);
-        for _ in 0..MOST_ROUNDS {
-            let Some(fitted) = Similarity::fitted(&matches.select(&agreed)) else { break };
-            let limit = if rounded { squared } else { squared.min(noise(matches, &agreed, fitted) * WIDTH_SQUARED) };
-            let limit = limit.max(squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE));
-            let next = inliers(matches, fitted, limit);
-            if next.len() < 3 || next == agreed {
-                break;
-            }
-            agreed = next;
-        }
+        let mut agreed = inliers(matches, |p, c| best.squared_residual(p, c), squared);
+        agreed = refined(matches, agreed, squared, |those| {
+            Similarity::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c))
+        });
+        agreed = refined(matches, agreed, squared, |those| {
+            Strained::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c))
+        });
         Some(matches.select(&agreed))
     }
 
@@ -70,22 +66,43 @@ impl Ransac {
     }
 }
 
-/// The numbers of the matches that agree with a similarity.
-fn inliers<T: Real>(matches: &Matches<T>, similarity: Similarity, squared: f64) -> Vec<usize> {
+/// The matches that agree with a map that is fitted to them, from those of a first guess.
+fn refined<T: Real, R: Fn([f64; 2], [f64; 2]) -> f64>(
+    matches: &Matches<T>,
+    mut agreed: Vec<usize>,
+    squared: f64,
+    fit: impl Fn(&Matches<T>) -> Option<R>,
+) -> Vec<usize> {
+    let rounded = is_rounded(matches);
+    for _ in 0..MOST_ROUNDS {
+        let Some(residual) = fit(&matches.select(&agreed)) else { break };
+        let limit = if rounded { squared } else { squared.min(noise(matches, &agreed, &residual) * WIDTH_SQUARED) };
+        let limit = limit.max(squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE));
+        let next = inliers(matches, &residual, limit);
+        if next.len() < 3 || next == agreed {
+            break;
+        }
+        agreed = next;
+    }
+    agreed
+}
+
+/// The numbers of the matches whose squared residual is at most `squared`.
+fn inliers<T: Real>(matches: &Matches<T>, residual: impl Fn([f64; 2], [f64; 2]) -> f64, squared: f64) -> Vec<usize> {
     let agrees = |i: &usize| {
         let (p, c) = matches.get(*i);
-        similarity.squared_residual(p, c) <= squared
+        residual(p, c) <= squared
     };
     (0..matches.len()).filter(agrees).collect()
 }
 
 /// The variance of a coordinate of some matches, px^2.
-fn noise<T: Real>(matches: &Matches<T>, those: &[usize], similarity: Similarity) -> f64 {
-    let residual = |i: &usize| {
+fn noise<T: Real>(matches: &Matches<T>, those: &[usize], residual: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
+    let of = |i: &usize| {
         let (p, c) = matches.get(*i);
-        similarity.squared_residual(p, c)
+        residual(p, c)
     };
-    those.iter().map(residual).sum::<f64>() / (2 * those.len()) as f64
+    those.iter().map(of).sum::<f64>() / (2 * those.len()) as f64
 }
 
 /// Whether positions are rounded to the pixels of a picture or of a smaller copy of it. Then many do not change at all,

@@ -4,7 +4,7 @@ use super::consensus::Ransac;
 use super::matches::Matches;
 use super::pairs::{Ratio, Rule};
 use super::similarity::Centred;
-use super::spread::spread;
+use super::spread::{Strained, spread};
 use super::{mean, median};
 use crate::error::{Error, count_in, positive};
 use crate::real::Real;
@@ -22,7 +22,7 @@ pub enum Estimator {
     TrimmedMeanRatio(f64),
     /// The scale of the least-squares similarity over all matches. It survives no mismatch.
     LeastSquares,
-    /// The mean ratio of the matches that move as one body.
+    /// The least-squares scale of the matches that move as one body, with the strain that they show.
     Consensus {
         /// A match farther than this from where the body puts it, px, does not belong to the body.
         tolerance: f64,
@@ -88,7 +88,8 @@ impl Estimator {
             }
             Estimator::Consensus { tolerance, trials, seed } => {
                 let agreed = Ransac { tolerance, trials, seed }.inliers(matches, level)?;
-                estimate_by(&agreed, mean::mean(&agreed, rule, level)?)
+                let (pairs, fitted) = (mean::mean(&agreed, rule, level)?.pairs, Strained::fitted(&agreed)?);
+                Estimate { scale: fitted.scale(), spread: fitted.spread, pairs, support: agreed.len() }
             }
         })
     }

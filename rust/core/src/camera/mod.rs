@@ -74,7 +74,7 @@ pub struct KeypointTtc {
     pub spread: f64,
     /// Lower and upper end of the 90 % interval, s, in [0, inf]. `None` without a spread.
     pub ttc_interval: Option<[f64; 2]>,
-    /// The number of ratios of distances that the scale rests on; 0 for an estimator that uses none.
+    /// The number of pairs in support that count; 0 for an estimator that asks for none.
     pub pairs: usize,
     /// The number of matches that count.
     pub matches: usize,

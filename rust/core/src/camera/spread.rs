@@ -1,4 +1,4 @@
-//! The standard error of a scale, by how far the matches are from a similarity.
+//! The standard error of a scale, by how far the matches are from a similarity, and a map that allows for strain.
 //!
 //! If their errors were independent, they would average out. But neighbours in the picture err alike: parts of a body
 //! are not equally far away, its surface turns, background remains among the matches, and detectors draw positions
@@ -20,45 +20,138 @@ const IN_SCALE: f64 = 1.5;
 /// Matches whose extent across is less than this share of that along are on one line, and show no stretch.
 const THIN: f64 = 1e-9;
 
+/// The map of matches about their centres that allows for strain: `now = turn before + strain conj(before)`.
+pub(super) struct Strained {
+    before: [f64; 2],
+    now: [f64; 2],
+    turn: [f64; 2],
+    strain: [f64; 2],
+    /// The standard error of the scale; NaN with fewer than three matches.
+    pub spread: f64,
+}
+
+impl Strained {
+    /// The map of the least squared distances in the later picture, where stretch and shear are as likely as strain of
+    /// each size makes them. `None` if there are no matches, or all are on one spot.
+    ///
+    /// Independent errors leave the similarity as it is. The larger the strain, the less do matches far out along one
+    /// axis outweigh those along the other.
+    pub(super) fn fitted<T: Real>(matches: &Matches<T>) -> Option<Self> {
+        let centred = Centred::of(matches)?;
+        let turn = centred.product.map(|part| part / centred.size);
+        let seen = Seen::of(matches, &centred, turn);
+        let Centred { before, now, size, product } = centred;
+        let strain = seen.strain();
+        let shared = times([seen.own[0], -seen.own[1]], strain);
+        let turn = minus(product, shared).map(|part| part / size);
+        Some(Strained { before, now, turn, strain, spread: seen.spread(true) })
+    }
+
+    /// The factor by which it enlarges.
+    pub(super) fn scale(&self) -> f64 {
+        (self.turn[0] * self.turn[0] + self.turn[1] * self.turn[1]).sqrt()
+    }
+
+    /// The squared distance of a match from where the map puts it now.
+    pub(super) fn squared_residual(&self, p: [f64; 2], c: [f64; 2]) -> f64 {
+        let p = minus(p, self.before);
+        let mapped = plus(times(self.turn, p), times(self.strain, [p[0], -p[1]]));
+        let [x, y] = minus(plus(mapped, self.now), c);
+        x * x + y * y
+    }
+}
+
 /// The standard error of a scale of matches, whose centre is known; NaN with fewer than three matches.
 pub(super) fn spread<T: Real>(matches: &Matches<T>, centred: Option<Centred>, scale: f64) -> f64 {
-    let Some(Centred { before, now, size, product }) = centred.filter(|_| matches.len() > 2) else {
-        return f64::NAN;
-    };
-    let count = matches.len() as f64;
-    let length = product[0].hypot(product[1]);
-    let turn = if length > 0.0 { product.map(|part| part / length * scale) } else { [scale, 0.0] };
-    let similarity = Similarity::about(turn, before, now);
-    // The residuals are fitted by a similarity and a strain, residual = a p + b conj(p), and b is stretch and shear.
-    let (mut squared, mut own, mut along) = (0.0, [0.0; 2], [0.0; 2]);
-    for i in 0..matches.len() {
-        let (p, c) = matches.get(i);
-        let ([x, y], p) = (similarity.residual(p, c), minus(p, before));
-        squared += x * x + y * y;
-        own = plus(own, times(p, p));
-        along = plus(along, times(p, [x, y]));
+    centred.map_or(f64::NAN, |centred| {
+        let length = centred.product[0].hypot(centred.product[1]);
+        let turn = if length > 0.0 { centred.product.map(|part| part / length * scale) } else { [scale, 0.0] };
+        Seen::of(matches, &centred, turn).spread(false)
+    })
+}
+
+/// What matches show of stretch and shear.
+struct Seen {
+    count: f64,
+    /// Sum of squared distances from the centre, before.
+    size: f64,
+    /// Sum of the squares of the points before.
+    own: [f64; 2],
+    /// Stretch and shear, times `across`.
+    along: [f64; 2],
+    /// The part of `size` that tells stretch and shear from scale and turn.
+    across: f64,
+    /// The variance of a coordinate of one match, px^2.
+    variance: f64,
+}
+
+impl Seen {
+    fn of<T: Real>(matches: &Matches<T>, centred: &Centred, turn: [f64; 2]) -> Self {
+        let Centred { before, now, size, product } = *centred;
+        let count = matches.len() as f64;
+        let similarity = Similarity::about(turn, before, now);
+        // The residuals are fitted by a similarity and a strain, residual = a p + b conj(p), and b is stretch and shear.
+        let (mut squared, mut own, mut along) = (0.0, [0.0; 2], [0.0; 2]);
+        for i in 0..matches.len() {
+            let (p, c) = matches.get(i);
+            let ([x, y], p) = (similarity.residual(p, c), minus(p, before));
+            squared += x * x + y * y;
+            own = plus(own, times(p, p));
+            along = plus(along, times(p, [x, y]));
+        }
+        let turned = minus(turn.map(|part| part * size), product).map(|part| part / size);
+        let along = minus(along, times(own, turned));
+        let across = size - (own[0] * own[0] + own[1] * own[1]) / size;
+        let variance = if matches.len() > 2 { squared / (2.0 * count - 4.0) } else { f64::NAN };
+        Seen { count, size, own, along, across, variance }
     }
-    let variance = squared / (2.0 * count - 4.0);
-    if variance == 0.0 {
-        return 0.0;
+
+    fn is_thin(&self) -> bool {
+        self.across <= THIN * self.size
     }
-    let turned = minus(turn.map(|part| part * size), product).map(|part| part / size);
-    let along = minus(along, times(own, turned));
-    let across = size - (own[0] * own[0] + own[1] * own[1]) / size;
-    let distortion = (along[0] * along[0] + along[1] * along[1]) / (across * across) * size / variance;
-    let parts = STRAINS.map(|(share, strain)| {
-        let of_strain = strain * strain * count;
-        let (both, distortion) =
-            if across > THIN * size { (of_strain + size / across, distortion) } else { (1.0, 0.0) };
-        ((share / both).ln() - distortion / (2.0 * both), of_strain)
-    });
-    let most = parts.iter().map(|(evidence, _)| *evidence).fold(f64::NEG_INFINITY, f64::max);
-    let (mut weights, mut strain) = (0.0, 0.0);
-    for (evidence, of_strain) in parts {
-        let weight = (evidence - most).exp();
-        (weights, strain) = (weights + weight, strain + weight * of_strain);
+
+    /// The mean over the sizes of strain, weighed by how likely stretch and shear are under each. `value` has the
+    /// variance of that strain and the variance of stretch and shear with it, both over that of the scale by
+    /// independent errors.
+    fn mean(&self, value: impl Fn(f64, f64) -> f64) -> f64 {
+        let Seen { count, size, along, across, variance, .. } = *self;
+        let distortion = (along[0] * along[0] + along[1] * along[1]) / (across * across) * size / variance;
+        let parts = STRAINS.map(|(share, strain)| {
+            let of_strain = strain * strain * count;
+            let (both, distortion) = if self.is_thin() { (1.0, 0.0) } else { (of_strain + size / across, distortion) };
+            ((share / both).ln() - distortion / (2.0 * both), value(of_strain, both))
+        });
+        let most = parts.iter().map(|(evidence, _)| *evidence).fold(f64::NEG_INFINITY, f64::max);
+        let (mut weights, mut sum) = (0.0, 0.0);
+        for (evidence, value) in parts {
+            let weight = (evidence - most).exp();
+            (weights, sum) = (weights + weight, sum + weight * value);
+        }
+        sum / weights
     }
-    (variance / size * (1.0 + IN_SCALE * strain / weights)).sqrt()
+
+    /// The part of stretch and shear that is strain rather than independent errors.
+    fn part(&self) -> f64 {
+        let tells = !self.is_thin() && self.variance > 0.0;
+        if tells { self.mean(|of_strain, both| of_strain / both) } else { 0.0 }
+    }
+
+    /// Stretch and shear, without what independent errors make of them. Residuals point from the match to the map.
+    fn strain(&self) -> [f64; 2] {
+        let part = self.part();
+        if part > 0.0 { self.along.map(|along| -along / self.across * part) } else { [0.0; 2] }
+    }
+
+    /// The standard error of the scale; larger if the strain was fitted with it.
+    fn spread(&self, is_fitted: bool) -> f64 {
+        let Seen { size, own, across, variance, .. } = *self;
+        if variance == 0.0 || variance.is_nan() {
+            return variance;
+        }
+        let part = if is_fitted { self.part() } else { 0.0 };
+        let shared = if part > 0.0 { (own[0] * own[0] + own[1] * own[1]) / (size * across) * part } else { 0.0 };
+        (variance / size * (1.0 + IN_SCALE * self.mean(|of_strain, _| of_strain) + shared)).sqrt()
+    }
 }
 
 /// The product of complex numbers.
