@@ -82,7 +82,10 @@ impl DistanceTracker {
         self.answer = if distance.is_finite() {
             let variance = noise.map_or_else(|| self.noise.variance(), |noise| noise * noise);
             let row = Measurement { stamp: seconds, distance, variance, has_own_variance: noise.is_some() };
-            let predicted = self.confirmed.as_ref().and_then(|track| track.posterior(seconds, &self.noise));
+            let predicted = self.confirmed.as_mut().and_then(|track| {
+                track.filter.predict(seconds);
+                track.posterior(seconds, &self.noise)
+            });
             match self.repeats.read(row, predicted, interval) {
                 Reading::New(measurement) => self.associate(measurement, noise.is_none()),
                 reading => self.repeat(reading),

@@ -8,7 +8,7 @@
 //! The models are those of [`crate::mixture`]. Only the line differs: it would never forget, so its speed is a slow
 //! random walk.
 
-use super::filter::{KalmanFilter, Measurement, Model, Posterior};
+use super::filter::{KalmanFilter, Measurement, Model, Posterior, State};
 use crate::mixture::MODELS;
 
 /// Prior probability of each noise, and its standard deviation over the noise that is given or learnt.
@@ -28,12 +28,25 @@ pub(super) struct Member {
     pub(super) evidence: f64,
 }
 
+/// The number of filters.
+const MEMBERS: usize = MODELS.len() * NOISES.len();
+
 /// Kalman filters side by side, and how much each is believed.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FilterBank {
     /// Time in which evidence falls to 1/e, s.
     memory: f64,
-    pub(super) members: [Member; MODELS.len() * NOISES.len()],
+    pub(super) members: [Member; MEMBERS],
+    /// What was predicted last. A frame asks for it several times.
+    predicted: Option<Predicted>,
+}
+
+/// The states of all filters at one stamp, and what the mixture says there.
+#[derive(Clone, Debug, PartialEq)]
+struct Predicted {
+    stamp: f64,
+    states: [State; MEMBERS],
+    posterior: Posterior,
 }
 
 impl FilterBank {
@@ -51,7 +64,7 @@ impl FilterBank {
             });
             Member { filter, noise: noise * noise, prior, evidence: prior }
         };
-        FilterBank { memory, members: std::array::from_fn(member) }
+        FilterBank { memory, members: std::array::from_fn(member), predicted: None }
     }
 
     /// The frames that the filters have seen.
@@ -59,47 +72,72 @@ impl FilterBank {
         self.members[0].filter.frames
     }
 
+    /// Predicts the states at `stamp`, and keeps them until the next update.
+    pub(super) fn predict(&mut self, stamp: f64) {
+        if self.frames() >= 2 {
+            self.predicted = Some(self.predicted_at(stamp));
+        }
+    }
+
+    fn predicted_at(&self, stamp: f64) -> Predicted {
+        let states = std::array::from_fn(|i| self.members[i].filter.predict(stamp));
+        Predicted { stamp, states, posterior: self.mixture(&states) }
+    }
+
     /// Takes a distance into each filter, and learns how well it was predicted.
     pub(super) fn update(&mut self, new: Measurement) {
         let first = &self.members[0].filter;
-        let predicts = first.frames >= 2;
+        let predicted = (first.frames >= 2).then(|| match self.predicted.take() {
+            Some(predicted) if predicted.stamp == new.stamp => predicted.states,
+            _ => std::array::from_fn(|i| self.members[i].filter.predict(new.stamp)),
+        });
+        self.predicted = None;
         let kept = (-(new.stamp - first.stamp) / self.memory).exp();
-        for member in &mut self.members {
+        for (i, member) in self.members.iter_mut().enumerate() {
             let measured = Measurement { variance: new.variance * member.noise, ..new };
-            if predicts {
-                let predicted = member.filter.posterior(new.stamp);
-                let (innovation, total) = (new.distance - predicted.distance, predicted.dd + measured.variance);
+            let state = predicted.map_or(member.filter.state, |states| states[i]);
+            if predicted.is_some() {
+                let (innovation, total) = (new.distance - state.mean[0], state.covariance[0] + measured.variance);
                 // The logarithm of the likelihood, with lengths in standard deviations of the noise.
                 let likelihood = -0.5 * (innovation * innovation / total + (total / new.variance).ln());
                 member.evidence = member.prior + kept * (member.evidence - member.prior) + likelihood;
             }
-            member.filter.update(measured);
+            member.filter.update_from(state, measured);
         }
         let best = self.members.iter().map(|member| member.evidence).fold(f64::NEG_INFINITY, f64::max);
         for member in &mut self.members {
             member.evidence = if best.is_finite() { member.evidence - best } else { member.prior };
         }
+        self.predict(new.stamp);
     }
 
     /// What the mixture says of `stamp`, from two frames on.
     pub(super) fn posterior(&self, stamp: f64) -> Posterior {
-        let parts = self.members.map(|member| (member.evidence.exp(), member.filter.posterior(stamp)));
-        let sum: f64 = parts.iter().map(|(weight, _)| weight).sum();
-        // From the first member on, so that no digits are lost where the target is far.
-        let (origin, mut moved) = (parts[0].1, [0.0; 2]);
-        for (weight, part) in &parts {
-            let share = weight / sum;
-            moved[0] += share * (part.distance - origin.distance);
-            moved[1] += share * (part.closing_speed - origin.closing_speed);
+        match &self.predicted {
+            Some(predicted) if predicted.stamp == stamp => predicted.posterior,
+            _ => self.predicted_at(stamp).posterior,
         }
-        let [distance, closing_speed] = [origin.distance + moved[0], origin.closing_speed + moved[1]];
-        let mut mean = Posterior { distance, closing_speed, dd: 0.0, dv: 0.0, vv: 0.0, model_bias: 0.0 };
-        for (weight, part) in &parts {
+    }
+
+    /// The average of states of all filters, weighed by their evidence.
+    fn mixture(&self, states: &[State; MEMBERS]) -> Posterior {
+        let weights = self.members.map(|member| member.evidence.exp());
+        let sum: f64 = weights.iter().sum();
+        // From the first member on, so that no digits are lost where the target is far.
+        let ([first, speed, _], mut moved) = (states[0].mean, [0.0; 2]);
+        for (weight, State { mean: [d, v, _], .. }) in weights.iter().zip(states) {
             let share = weight / sum;
-            let (d, v) = (part.distance - distance, part.closing_speed - closing_speed);
-            mean.dd += share * (part.dd + d * d);
-            mean.dv += share * (part.dv + d * v);
-            mean.vv += share * (part.vv + v * v);
+            moved[0] += share * (d - first);
+            moved[1] += share * (v - speed);
+        }
+        let [distance, closing_speed] = [first + moved[0], speed + moved[1]];
+        let mut mean = Posterior { distance, closing_speed, dd: 0.0, dv: 0.0, vv: 0.0, model_bias: 0.0 };
+        for (weight, state) in weights.iter().zip(states) {
+            let ([d, v, _], [dd, dv, _, vv, _, _]) = (state.mean, state.covariance);
+            let (share, d, v) = (weight / sum, d - distance, v - closing_speed);
+            mean.dd += share * (dd + d * d);
+            mean.dv += share * (dv + d * v);
+            mean.vv += share * (vv + v * v);
         }
         mean
     }

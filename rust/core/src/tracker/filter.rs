@@ -84,8 +84,11 @@ impl KalmanFilter {
     }
 
     /// The state moved on to `stamp`.
-    fn predict(&self, stamp: f64) -> State {
+    pub(super) fn predict(&self, stamp: f64) -> State {
         let t = stamp - self.stamp;
+        if t == 0.0 {
+            return self.state;
+        }
         let half = 0.5 * t * t;
         let cube = t * t * t;
         let State { mean: [distance, speed, acceleration], covariance: [dd, dv, da, vv, va, aa] } = self.state;
@@ -111,11 +114,17 @@ impl KalmanFilter {
 
     /// Takes a distance into the state.
     pub(super) fn update(&mut self, new: Measurement) {
+        let predicted = if self.frames < 2 { self.state } else { self.predict(new.stamp) };
+        self.update_from(predicted, new);
+    }
+
+    /// Takes a distance into the state that was predicted for its stamp. The first two distances need none.
+    pub(super) fn update_from(&mut self, predicted: State, new: Measurement) {
         self.frames = self.frames.saturating_add(1);
         self.state = match self.frames {
             1 => State { mean: [new.distance, 0.0, 0.0], covariance: [new.variance, 0.0, 0.0, 0.0, 0.0, 0.0] },
             2 => self.started_by(new),
-            _ => self.updated_by(new),
+            _ => self.corrected(predicted, new),
         };
         self.stamp = new.stamp;
     }
@@ -139,8 +148,8 @@ impl KalmanFilter {
     }
 
     /// The predicted state, corrected by the innovation.
-    fn updated_by(&self, new: Measurement) -> State {
-        let State { mean: [d, v, a], covariance: [dd, dv, da, vv, va, aa] } = self.predict(new.stamp);
+    fn corrected(&self, predicted: State, new: Measurement) -> State {
+        let State { mean: [d, v, a], covariance: [dd, dv, da, vv, va, aa] } = predicted;
         let innovation = new.distance - d;
         let total = dd + new.variance;
         let [kd, kv, ka] = match self.model.memory {

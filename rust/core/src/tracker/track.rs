@@ -142,6 +142,13 @@ impl Filter {
         }
     }
 
+    /// Prepares for questions about `stamp`, which is as late as the newest distance or later.
+    pub(super) fn predict(&mut self, stamp: f64) {
+        if let Filter::Bank(bank) = self {
+            bank.predict(stamp);
+        }
+    }
+
     fn update(&mut self, new: Measurement) {
         match self {
             Filter::Recursive(filter) => filter.update(new),
