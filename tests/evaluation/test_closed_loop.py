@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("numba", reason="needs the extra bench")
+pytest.importorskip("numba", reason="needs the extra evaluation")
 
 from evaluation.closed_loop import drive as driving
 from evaluation.closed_loop.__main__ import kinds, table

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 for needed in ("numba", "scipy", "contourpy", "PIL"):
-    pytest.importorskip(needed, reason="needs the extra bench")
+    pytest.importorskip(needed, reason="needs the extra evaluation")
 
 from evaluation.racing.__main__ import default, never  # noqa: E402
 from evaluation.racing.car import GRIP, OUTLINE, Pose, SingleTrack  # noqa: E402
