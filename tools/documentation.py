@@ -79,6 +79,7 @@ PAGES = {
         "gym.SafetyFilter gym.VectorSafetyFilter gym.Observed gym.f1tenth gym.unseen compat.f1tenth_gym "
         "compat.udacity_camera",
     ),
+    "pictures": ("Pictures", "plot"),
     "statuses": ("Statuses", "Status Detection RoadStatus Command Reason brake.Source"),
 }
 """The title of each page of the reference, and its names, as ``ttc_fast`` has them."""

@@ -81,6 +81,7 @@ from ttc_fast.brake import (
     StoppingDistance,
     SweptPathThreshold,
 )
+from ttc_fast.plotting import plot
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_target_velocity
 from ttc_fast.status import Detection, RoadStatus, Status
@@ -150,6 +151,7 @@ __all__ = [
     "fit_road",
     "from_pointcloud2",
     "ittc",
+    "plot",
     "range_rate_from_target_velocity",
     "robust_min_x",
     "rss_longitudinal_distance",

@@ -1,6 +1,6 @@
 """A safety filter for training: a wrapper of Gymnasium that slows an action down before it drives into something.
 
-It needs the extra ``gym``: ``pip install 'ttc-fast[gym]'``.
+It needs the extra ``gym``.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ttc_fast._core import ScanSweptPath, ScanTTC
+from ttc_fast._extras import missing
 from ttc_fast.brake.criteria import StoppingDistance
 from ttc_fast.brake.decision import Command
 from ttc_fast.brake.unseen import widest_unseen
@@ -19,8 +20,7 @@ try:
     from gymnasium import Wrapper
     from gymnasium.vector import VectorEnv, VectorWrapper
 except ImportError as error:
-    hint = "ttc_fast.gym needs gymnasium: pip install 'ttc-fast[gym]'"
-    raise ModuleNotFoundError(hint, name="gymnasium") from error
+    raise missing("ttc_fast.gym", "gymnasium") from error
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,7 +11,7 @@ import pytest
 
 from ttc_fast import Command, ScanTTC, Status, StoppingDistance
 
-gymnasium: Any = pytest.importorskip("gymnasium", reason="needs gymnasium: pip install 'ttc-fast[gym]'")
+gymnasium: Any = pytest.importorskip("gymnasium", reason="needs gymnasium: pip install '.[gym]'")
 
 from ttc_fast.gym import Observed, SafetyFilter, VectorSafetyFilter, f1tenth  # noqa: E402
 
@@ -239,5 +239,5 @@ def test_a_scanner_that_is_none() -> None:
 def test_without_gymnasium_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     monkeypatch.delitem(sys.modules, "ttc_fast.gym")
-    with pytest.raises(ImportError, match=r"pip install 'ttc-fast\[gym\]'"):
+    with pytest.raises(ImportError, match=r"pip install '\.\[gym\]'"):
         import ttc_fast.gym  # noqa: F401

@@ -31,8 +31,8 @@ RESULTS = [
     "TrackedTTC",
 ]
 
-# The instruction-set level of the kernels, and the version that both are of.
-KERNELS_ONLY = {"SIMD_LEVEL", "__version__"}
+# The instruction-set level of the kernels, and what serves both.
+KERNELS_ONLY = {"SIMD_LEVEL", "__version__", "plot"}
 
 # Attributes that are such results themselves.
 NESTED = {"counts", "previous", "current"}

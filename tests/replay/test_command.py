@@ -25,8 +25,8 @@ from rich.console import Console
 
 from tests.support.bags import POINTS, Cloud, Odom, Scan, drive, write
 from ttc_fast import Command
+from ttc_fast._extras import EXTRAS
 from ttc_fast.cli import main
-from ttc_fast.cli.exits import EXTRAS
 from ttc_fast.logs import ScanLog, open_log
 from ttc_fast.replay import Replay, Row, Settings, sample, terminal
 from ttc_fast.replay.row import BATCH, CsvWriter
@@ -215,9 +215,7 @@ def test_a_missing_extra_is_one_line(package: str, extra: str, arguments: list[s
     command = [sys.executable, "-c", program, "replay", SCANS, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 4
-    assert done.stderr.startswith(
-        f"ttc-fast: this needs {package}, which is not installed: pip install 'ttc-fast[{extra}]'"
-    )
+    assert done.stderr.startswith(f"ttc-fast: this needs {package}, which is not installed: pip install '.[{extra}]'")
 
 
 def brought_by(extra: str) -> set[str]:

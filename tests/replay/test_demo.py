@@ -226,7 +226,7 @@ def test_a_missing_extra_is_one_line_that_says_how_to_get_it(package: str) -> No
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 4
     assert done.stdout == ""
-    how = "pip install 'ttc-fast[demo]', in a checkout: pip install '.[demo]'"
+    how = "pip install '.[demo]' in the checkout of ttc_fast"
     assert done.stderr == f"ttc-fast: this needs {package}, which is not installed: {how}\n"
 
 

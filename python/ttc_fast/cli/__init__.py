@@ -8,9 +8,10 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast import SIMD_LEVEL, __version__
+from ttc_fast._extras import EXTRAS, install
 from ttc_fast._settings import ON_COMMAND_LINE, hint
 from ttc_fast.cli import bench, demo, node, replay
-from ttc_fast.cli.exits import DONE, EXIT_CODES, EXTRAS, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError, install
+from ttc_fast.cli.exits import DONE, EXIT_CODES, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
 from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
     )
     parser.add_argument("--version", action="version", version=f"ttc-fast {__version__}, kernels: {SIMD_LEVEL}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    each = {parser.prog: parser}
+    each: dict[str, argparse.ArgumentParser] = {parser.prog: parser}
     for name, command in (("replay", replay), ("demo", demo), ("bench", bench), ("node", node)):
         options = each[f"{parser.prog} {name}"] = commands.add_parser(
             name,

@@ -1,14 +1,6 @@
 """The exit codes of the command, and the error that leads to one."""
 
 DONE, FAILED, USAGE, UNREADABLE, MISSING_EXTRA, PARTIAL, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
-EXTRAS = {"rich": "log", "matplotlib": "plot", "pyarrow": "parquet"}
-"""The extra that brings a package. A command may name one that brings more."""
-
-
-def install(extra: str) -> str:
-    """Return how an extra is installed."""
-    return f"pip install 'ttc-fast[{extra}]', in a checkout: pip install '.[{extra}]'"
-
 
 EXIT_CODES = f"""\
 exit codes:
@@ -16,7 +8,7 @@ exit codes:
   {FAILED}    the output could not be written, or the answers of bench differ
   {USAGE}    the command line makes no sense, or the settings of the node
   {UNREADABLE}    the log cannot be read, or makes no sense with these settings
-  {MISSING_EXTRA}    an optional package is missing; the message says which extra brings it, such as ttc-fast[log]
+  {MISSING_EXTRA}    an optional package is missing; the message says how to install it
   {PARTIAL}    a part of a log was lost, or one of several logs could not be read; the rest was done
   {INTERRUPTED}  interrupted
 """

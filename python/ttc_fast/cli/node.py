@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast._extras import install
 from ttc_fast._validate import shown
 from ttc_fast.cli.exits import MISSING_EXTRA, USAGE, CommandError
 from ttc_fast.configuration import ConfigurationError
@@ -38,7 +39,7 @@ which --dds has none of:
 """
 ADAPTERS = {
     "ros1": ("rospy_node", "rospy comes with ROS 1, and on Debian and Ubuntu: apt-get install python3-rospy"),
-    "dds": ("dds_node", "pip install 'ttc-fast[dds]'"),
+    "dds": ("dds_node", install("dds")),
     "rclpy": ("rclpy_node", "rclpy comes with ROS 2: source /opt/ros/<distribution>/setup.bash first"),
 }
 

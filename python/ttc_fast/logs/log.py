@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, runtime_ch
 import numpy as np
 
 from ttc_fast._core import Gate
+from ttc_fast._extras import install
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -84,8 +85,7 @@ def need(package: str, path: Path) -> ModuleType:
         return import_module(package)
     except ImportError as error:
         name = package.partition(".")[0]
-        how = "pip install 'ttc-fast[log]', in a checkout: pip install '.[log]'"
-        raise LogError(path, f"needs {name} to be read, which is not installed: {how}") from error
+        raise LogError(path, f"needs {name} to be read, which is not installed: {install('log')}") from error
 
 
 # Logs

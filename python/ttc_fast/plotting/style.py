@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,10 +22,20 @@ TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # s
 SMALL = {"frameon": False, "fontsize": 8.5, "labelcolor": INK, "handlelength": 1.4, "columnspacing": 1.1}
 
 
+class Picture(Figure):
+    """A figure that a notebook shows, whether pyplot was imported or not."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=80)
+        return buffer.getvalue()
+
+
 def open_figure(title: str, footnote: str, size: tuple[float, float]) -> Figure:
-    """Make a figure with its own canvas, so that no display is needed; an empty footnote takes no room."""
-    figure = Figure(figsize=size, layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left", color=INK, fontsize=12, fontweight="bold")
+    """Make a figure with its own canvas, so that no display is needed; an empty title or footnote takes no room."""
+    figure = Picture(figsize=size, layout="constrained")
+    if title:
+        figure.suptitle(title, x=0.01, ha="left", color=INK, fontsize=12, fontweight="bold")
     if footnote:
         figure.supxlabel(footnote, x=0.01, ha="left", color=INK, fontsize=8.5)
     return figure
