@@ -3,7 +3,8 @@
 A map is what ``map_server`` reads: a picture, and a YAML file with its resolution and origin. The distance from each
 cell to the nearest wall is computed once. A ray then marches: nothing is nearer than that distance, so it may go as far
 at once. A track comes with its race line. A map without one is driven half-way between its outer walls and what stands
-inside them.
+inside them. For courses that nobody has seen there are those made at random, ``random 7``, and the others turned
+round: ``berlin mirrored``, ``berlin reversed``.
 """
 
 from __future__ import annotations
@@ -31,8 +32,14 @@ SPACING = 0.2
 """The distance between the points of a line, about, m."""
 LEAST = 0.3
 """What a line keeps from the walls at least, m: the car is 0.31 m wide."""
+NEIGHBOURS = 15
+"""A line that is moved for a wall is moved this many points before and after it, too."""
 LATERAL = 6.0
-"""The lateral acceleration in the bends of a map that has no speeds of its own, m/s^2."""
+"""The lateral acceleration in the bends of a line half-way, which are as sharp as the map, m/s^2."""
+RACING_LATERAL = 9.0
+"""The lateral acceleration in the bends of a race line, m/s^2: 1 less than the tires of the car hold."""
+FASTEST = 8.0
+"""The top speed of the race lines, m/s."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +175,12 @@ def names() -> list[str]:
 
 @lru_cache
 def course(name: str) -> Course:
-    """Return a course by its name."""
+    """Return a course by its name: a track or map there is, or ``random`` with a number, and how it is turned round."""
+    kind, _, turned = name.partition(" ")
+    if kind == "random":
+        return random_course(int(turned))
+    if turned:
+        return turned_round(course(kind), turned)
     track = folder() / "tracks" / name
     described = track / f"{name}_map.yaml" if track.is_dir() else folder() / "maps" / f"{name}.yaml"
     told = dict(line.split(":", 1) for line in described.read_text().splitlines() if ":" in line)
@@ -179,33 +191,75 @@ def course(name: str) -> Course:
     free = np.pad(free[1:-1, 1:-1], 1)
     clearance = resolution * ndimage.distance_transform_edt(free)
     if track.is_dir():
-        line = away_from_walls(line_of_file(track / f"{name}_raceline.csv"), clearance, resolution, origin)
+        points = np.loadtxt(track / f"{name}_raceline.csv", delimiter=";")[:, 1:3]
+        points = points[:-1] if np.allclose(points[0], points[-1], atol=1e-3) else points
+        line = with_speeds(away_from_walls(evenly(points), clearance, resolution, origin), RACING_LATERAL)
     else:
-        line = line_half_way(free, resolution, origin)
+        line = with_speeds(line_half_way(free, resolution, origin), LATERAL)
     return Course(name, clearance, resolution, origin, line)
 
 
-def line_of_file(path: Path) -> Line:
-    """Return the race line of a file with s; x; y; heading; curvature; speed; acceleration."""
-    table = np.loadtxt(path, delimiter=";")
-    table = table[:-1] if np.allclose(table[0, 1:3], table[-1, 1:3], atol=1e-3) else table
-    x, y, curvature, speed = (np.ascontiguousarray(table[:, column]) for column in (1, 2, 4, 5))
-    return Line(x, y, curvature, speed, float(table[1, 0] - table[0, 0]))
+def turned_round(where: Course, how: str) -> Course:
+    """Return a course mirrored, or driven the other way round, which is ``reversed``."""
+    name, points, clearance, origin = f"{where.name} {how}", where.line.points, where.clearance, where.origin
+    lateral = float(np.max(where.line.speed**2 * np.abs(where.line.curvature)))
+    if how == "mirrored":
+        width = clearance.shape[1] * where.resolution
+        clearance, origin = np.ascontiguousarray(clearance[:, ::-1]), np.array([-origin[0] - width, origin[1]])
+        points = points * [-1.0, 1.0]
+    elif how == "reversed":
+        points = points[::-1]
+    else:
+        raise ValueError(f"a course is mirrored or reversed, got {name!r}")
+    return Course(name, clearance, where.resolution, origin, with_speeds(evenly(points), lateral))
+
+
+def random_course(seed: int) -> Course:
+    """Return a closed track at random, 1.6 to 3 m wide, with a line that cuts its bends as a race line does."""
+    rng, resolution = np.random.default_rng([23, seed]), 0.05
+    width, corners = rng.uniform(1.6, 3.0), int(rng.integers(9, 15))
+    angle = (np.arange(corners) + rng.uniform(-0.3, 0.3, corners)) * 2.0 * np.pi / corners
+    radius = rng.uniform(4.0, 16.0, corners)
+    middle = evenly(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))
+    while np.abs(middle.curvature).max() > 1.0 / (0.5 * width + 0.3):
+        middle = evenly(ndimage.gaussian_filter1d(middle.points, 2.0, axis=0, mode="wrap"))
+    origin = middle.points.min(axis=0) - width
+    rows, columns = (((middle.points.max(axis=0) + width - origin) / resolution).astype(np.intp) + 1)[::-1]
+    fine = np.arange(0.0, len(middle.x), 0.1)
+    x, y = (np.interp(fine, np.arange(len(each) + 1), np.append(each, each[0])) for each in (middle.x, middle.y))
+    solid = np.ones((rows, columns), np.bool_)
+    solid[((y - origin[1]) / resolution).astype(np.intp), ((x - origin[0]) / resolution).astype(np.intp)] = False
+    clearance = resolution * ndimage.distance_transform_edt(
+        resolution * ndimage.distance_transform_edt(solid) < width / 2.0
+    )
+    line = middle
+    for _ in range(60):
+        smoothed = ndimage.gaussian_filter1d(line.points, 6.0, axis=0, mode="wrap")
+        line = away_from_walls(evenly(smoothed), clearance, resolution, origin)
+    return Course(f"random {seed}", clearance, resolution, origin, with_speeds(line, RACING_LATERAL))
 
 
 def away_from_walls(line: Line, clearance: Floats, resolution: float, origin: Floats) -> Line:
-    """Return a race line that keeps ``LEAST`` from the walls, with its speeds: some are drawn along them."""
+    """Return a line that keeps ``LEAST`` from the walls: some race lines are drawn along them.
+
+    It is moved sideways, and gently, well before the wall: a kink could not be driven.
+    """
     slopes: Any = np.gradient(clearance, resolution)
     up, right = slopes
-    x, y = line.x.copy(), line.y.copy()
     for _ in range(60):
-        cells = ((y - origin[1]) / resolution).astype(np.intp), ((x - origin[0]) / resolution).astype(np.intp)
+        cells = ((line.y - origin[1]) / resolution).astype(np.intp), ((line.x - origin[0]) / resolution).astype(np.intp)
         lacks = np.maximum(LEAST - clearance[cells], 0.0)
         if not lacks.any():
             break
-        x += ndimage.gaussian_filter1d(0.5 * lacks * right[cells], 2.0, mode="wrap")
-        y += ndimage.gaussian_filter1d(0.5 * lacks * up[cells], 2.0, mode="wrap")
-    return evenly(np.column_stack([x, y]), line.speed)
+        to_x, to_y = np.roll(line.y, 1) - np.roll(line.y, -1), np.roll(line.x, -1) - np.roll(line.x, 1)
+        length = np.hypot(to_x, to_y)
+        left = right[cells] * to_x + up[cells] * to_y > 0.0
+        move = np.zeros_like(length)
+        for side, way in ((left, 0.5), (~left, -0.5)):
+            most = ndimage.maximum_filter1d(np.where(side, lacks, 0.0), 2 * NEIGHBOURS + 1, mode="wrap")
+            move += way * ndimage.gaussian_filter1d(most, 2.0 * NEIGHBOURS / 3.0, mode="wrap")
+        line = evenly(np.column_stack([line.x + move * to_x / length, line.y + move * to_y / length]))
+    return line
 
 
 def line_half_way(free: NDArray[np.bool_], resolution: float, origin: Floats) -> Line:
@@ -219,14 +273,11 @@ def line_half_way(free: NDArray[np.bool_], resolution: float, origin: Floats) ->
     lines: Any = contourpy.contour_generator(z=apart).lines(0.0)
     longest = max((each for each in lines if np.allclose(each[0], each[-1])), key=len)
     points = (longest[:-1] + 0.5) * resolution + origin
-    points = evenly(points).points
-    line = evenly(ndimage.gaussian_filter1d(points, 2.5, axis=0, mode="wrap"))
-    speed = np.sqrt(LATERAL / np.maximum(np.abs(line.curvature), 1e-3))
-    return replace(line, speed=slowing(speed, line.spacing))
+    return evenly(ndimage.gaussian_filter1d(evenly(points).points, 2.5, axis=0, mode="wrap"))
 
 
-def evenly(points: Floats, speed: Floats | None = None) -> Line:
-    """Return a closed line of points that are evenly spaced, with the speeds of the given ones."""
+def evenly(points: Floats) -> Line:
+    """Return a closed line of points that are evenly spaced, without a limit of the speed."""
     closed = np.vstack([points, points[:1]])
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
     count = int(way[-1] / SPACING)
@@ -234,10 +285,13 @@ def evenly(points: Floats, speed: Floats | None = None) -> Line:
     x, y = (np.interp(np.arange(count) * spacing, way, closed[:, axis]) for axis in (0, 1))
     heading = np.arctan2(np.roll(y, -1) - np.roll(y, 1), np.roll(x, -1) - np.roll(x, 1))
     turn = np.angle(np.exp(1j * (np.roll(heading, -1) - np.roll(heading, 1))))
-    fast = np.full(count, np.inf)
-    if speed is not None:
-        fast = np.interp(np.arange(count) * spacing, way, np.append(speed, speed[0]))
-    return Line(x, y, turn / (2.0 * spacing), fast, spacing)
+    return Line(x, y, turn / (2.0 * spacing), np.full(count, np.inf), spacing)
+
+
+def with_speeds(line: Line, lateral: float) -> Line:
+    """Return a line with the speeds that a lateral acceleration allows in its bends, and slowing down before them."""
+    speed = np.sqrt(lateral / np.maximum(np.abs(line.curvature), 1e-3))
+    return replace(line, speed=slowing(np.minimum(speed, FASTEST), line.spacing))
 
 
 def slowing(speed: Floats, spacing: float, deceleration: float = 4.0) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.common import CAR
-from ttc_fast import BrakeController, Command, Motion, Reason, ScanTTC, SweptPath
+from ttc_fast import BrakeController, Command, Motion, PresentArc, Reason, ScanSweptPath, ScanTTC, SweptPath
 
 BEAMS = 181
 WALL = np.full(BEAMS, np.inf)
@@ -156,3 +156,57 @@ class TestNamedSettings:
         assert BrakeController.careful(scan, warn_at=3.0, hold=1.0).settings.warn_at == 3.0
         with pytest.raises(ValueError, match="needs an outline"):
             BrakeController.racing(ScanTTC(-1.0, 0.1, 21))
+
+
+class TestTurns:
+    """A car between two walls, 0.6 m to its left and 3 m to its right, that drives along them."""
+
+    SCAN = ScanTTC(ANGLES[0], ANGLES[1] - ANGLES[0], BEAMS, outline=CAR)
+    SHARPEST = 1.25
+
+    def aside(self) -> Any:
+        sine = np.sin(ANGLES)
+        with np.errstate(divide="ignore"):
+            return np.where(sine > 0.0, 0.6, 3.0) / np.abs(sine)
+
+    def decide(self, speed: float, criteria: Any, **more: Any) -> Any:
+        control = BrakeController(criteria, scan=self.SCAN, trigger=(1, 1))
+        return control.update(1.0, ranges=self.aside(), stamp=1.0, motion=Motion(speed, stamp=1.0), **more)
+
+    def test_a_wall_beside_the_car_is_a_cause_where_it_may_turn_into_it(self) -> None:
+        assert self.decide(2.0, [PresentArc()]).command is Command.NONE
+        decision = self.decide(2.0, [PresentArc(sharpest=self.SHARPEST)])
+        assert decision.command is Command.BRAKE
+        path = ScanSweptPath(self.SCAN)
+        arcs = [path.nearest(self.aside(), 2.0, share * self.SHARPEST * 2.0) for share in (-1.0, -0.5, 0.5, 1.0)]
+        assert decision.threats.turn.ttc == min(each.ttc for each in arcs)
+        assert decision.threat.angle > 0.0
+
+    def test_no_farther_than_tires_hold(self) -> None:
+        """At 6 m/s an arc of 10 m/s^2 is 0.28 1/m."""
+        turn = self.decide(6.0, [PresentArc(sharpest=self.SHARPEST)]).threats.turn
+        assert turn.ttc == ScanSweptPath(self.SCAN).nearest(self.aside(), 6.0, 10.0 / 6.0).ttc
+
+    @pytest.mark.parametrize("speed", [2.0, 5.0])
+    def test_along_a_plan_it_does_not_turn(self, speed: float) -> None:
+        assert self.decide(speed, [PresentArc(sharpest=self.SHARPEST)]).command is Command.BRAKE
+        decision = self.decide(speed, [PresentArc(sharpest=self.SHARPEST)], path=[[0.0, 0.0], [9.0, 0.0]])
+        assert (decision.command, decision.threats.turn) == (Command.NONE, None)
+
+    def test_nor_does_it_where_it_stands(self) -> None:
+        assert self.decide(0.0, [PresentArc(sharpest=self.SHARPEST)]).threats.turn is None
+
+    def test_a_cloud(self) -> None:
+        path = SweptPath(CAR)
+        points = np.array([[1.0, 0.5]])
+        control = BrakeController([PresentArc(sharpest=self.SHARPEST)], path=path, trigger=(1, 1))
+        decision = control.update(1.0, points=points, stamp=1.0, motion=Motion(2.0, stamp=1.0))
+        assert decision.command is Command.BRAKE
+        assert decision.threats is not None
+        assert decision.threats.turn is not None
+        arcs = [path.nearest(points, 2.0, share * self.SHARPEST * 2.0).ttc for share in (0.5, 1.0)]
+        assert decision.threats.turn.ttc == min(arcs)
+
+    def test_racing_takes_the_bend_of_its_length(self) -> None:
+        *_, arc = BrakeController.racing(self.SCAN).criteria
+        assert arc == PresentArc(sharpest=0.8 / (CAR[1] - CAR[0]))

@@ -27,7 +27,7 @@ def hall() -> Course:
     free = np.zeros((200, 200), np.bool_)
     free[20:180, 20:180] = True
     circle = np.linspace(0.0, 2.0 * math.pi, 100, endpoint=False)
-    line = evenly(np.column_stack([5.0 + 2.0 * np.cos(circle), 5.0 + 2.0 * np.sin(circle)]), np.full(100, 3.0))
+    line = evenly(np.column_stack([5.0 + 2.0 * np.cos(circle), 5.0 + 2.0 * np.sin(circle)]))
     return Course("hall", 0.05 * ndimage.distance_transform_edt(free), 0.05, np.zeros(2), line)
 
 

@@ -224,9 +224,11 @@ class BrakeController:
     def racing(cls, scan: ScanTTC, **settings: Any) -> BrakeController:
         """Return a controller that stops a racing car at the last moment: it lets it drive its line between walls.
 
-        Criteria: ``StoppingDistance(reaction_time=0.15)``, and ``PresentArc()`` for the present arc. Two of the last
-        three frames trigger. Give ``path`` with each frame: without one, a bend taken fast is a cause to brake.
-        docs/braking.md has the laps and the collisions that this set was chosen by.
+        Criteria: ``StoppingDistance(reaction_time=0.15)``, and ``PresentArc(sharpest=0.8 / length)`` for the arc that
+        the car is on or, without a plan, may turn to: 0.8 over the length of the outline is a steering angle of 24
+        degrees. Two of the last three frames trigger. Give ``path`` with each frame: without one, it keeps so much
+        room that the car could turn into any wall, and a line close to a wall is a cause to brake. docs/braking.md has
+        the laps and the collisions of this set.
 
         Parameters
         ----------
@@ -251,7 +253,10 @@ class BrakeController:
         >>> BrakeController.racing(scan, deceleration=8.0).settings.trigger
         (2, 3)
         """
-        criteria = [StoppingDistance(reaction_time=0.15), PresentArc()]
+        arc = PresentArc()
+        if isinstance(scan, ScanTTC) and scan.outline is not None:  # else the constructor says what is missing
+            arc = PresentArc(sharpest=0.8 / (scan.outline[1] - scan.outline[0]))
+        criteria = [StoppingDistance(reaction_time=0.15), arc]
         named: dict[str, Any] = {"criteria": criteria, "scan": scan, "trigger": (2, 3)}
         return cls(**(named | settings))
 

@@ -197,8 +197,10 @@ class PresentArc(Criterion):
 
     Where no path is planned, the present arc is a guess: the vehicle may steer. It compares the TTC on it with the
     time in which the vehicle needs the way ``v reaction_time + v^2 / (2 deceleration) + margin``, with more to spare
-    than ``StoppingDistance``. Along a planned path it compares the TTC on the present arc with ``threshold``: the
-    vehicle may not be where it planned to be, and cannot leave its arc at once. It cannot see what moves by itself.
+    than ``StoppingDistance``. With ``sharpest`` it compares the TTC on four arcs that the vehicle may turn to as well:
+    half and all of that curvature to both sides, as far as tires hold it (10 m/s^2 of lateral acceleration). Along a
+    planned path it compares the TTC on the present arc with ``threshold``: the vehicle may not be where it planned to
+    be, and cannot leave its arc at once. It cannot see what moves by itself.
 
     Parameters
     ----------
@@ -210,6 +212,8 @@ class PresentArc(Criterion):
         The distance that is left when the vehicle stands, m, at least 0.
     threshold : float, default 0.2
         The threshold on the present arc where a path is planned, s, above 0.
+    sharpest : float, default 0.0
+        The curvature of the sharpest bend that the vehicle may turn into, 1/m, at least 0.
 
     Raises
     ------
@@ -229,6 +233,9 @@ class PresentArc(Criterion):
     threshold: float = setting(
         0.2, TIME, "Along a planned path it brakes when the TTC on the present arc is below this."
     )
+    sharpest: float = setting(
+        0.0, Number(unit="1/m", least=0.0), "The curvature of the sharpest bend that the vehicle may turn into."
+    )
 
     name: ClassVar[str] = "PresentArc"
     unit: ClassVar[str] = "s"
@@ -241,6 +248,8 @@ class PresentArc(Criterion):
         if threats.arc is not None:
             return Evaluation(threats.arc.ttc, self.threshold, threats.arc)
         threat = threats.path or threats.beams
+        if self.sharpest > 0.0 and threats.turn is not None and not (threat and threat.ttc <= threats.turn.ttc):
+            threat = threats.turn
         if threat is None or not (threat.closing_speed > 0.0 and threat.ttc < math.inf):
             return NOTHING
         speed = threat.closing_speed

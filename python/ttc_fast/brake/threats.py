@@ -8,12 +8,14 @@ computed.
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
+from ttc_fast.brake.criteria import PresentArc
 from ttc_fast.brake.types import STANDING, Needs, Source, Threat, Threats, new
 from ttc_fast.status import Status
 
@@ -66,6 +68,9 @@ UNKNOWN = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
 SHORTEST = 1e-3
 """Points of a path that are nearer to the one before than this, in lengths of the vehicle, are in one place."""
 
+GRIP = 10.0
+"""The greatest lateral acceleration of a vehicle that turns, m/s^2: tires hold about their own weight."""
+
 POINTS = 50
 """The number of points that a path which is a function is asked for."""
 
@@ -106,6 +111,7 @@ class ThreatAssessment:
         self._horizon = horizon
         self.scan_path = None if scan is None else path_of(scan, horizon)
         self._needs_beams = self._needs_path = self._needs_arc = True
+        self._sharpest = 0.0
         self.only_estimates = scan is None and path is None
         """Whether estimates are the only frames."""
 
@@ -142,6 +148,7 @@ class ThreatAssessment:
         needs = {criterion.needs for criterion in criteria}
         self._needs_path = self.has_path and not needs.isdisjoint({Needs.PATH, Needs.NEAREST, Needs.ARC})
         self._needs_arc = Needs.ARC in needs
+        self._sharpest = max((each.sharpest for each in criteria if isinstance(each, PresentArc)), default=0.0)
         # Every scan is assessed in one way at least, so that a blind scanner is noticed by a controller of estimates.
         self._needs_beams = Needs.BEAMS in needs or not (self._needs_path and self.scan_path is not None)
         return criteria
@@ -208,16 +215,16 @@ class ThreatAssessment:
             ranges = self._by_beams_of_rates(frame.ranges)
             self.range_rate.update(ranges, frame.stamp, frame.motion.yaw_rate)
 
-    def assess_along(self, frame: Frame, motion: Motion) -> Threats:
-        """Return the threats of a frame to a vehicle of this motion."""
-        beams = path = arc = None
+    def assess_along(self, frame: Frame, motion: Motion, turns: bool = True) -> Threats:
+        """Return the threats of a frame to a vehicle of this motion, which may turn where it follows no path."""
+        beams = path = arc = turn = None
         seen: Any = None
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
         way: dict[str, Any] = {}
         if frame.path is not None and leads(frame.path, speed, self.outline):
             if self._needs_arc:
-                arc = self.assess_along(replace(frame, path=None), motion).path
+                arc = self.assess_along(replace(frame, path=None), motion, turns=False).path
             yaw_rate, lateral_speed, over_ground, way = 0.0, 0.0, abs(speed), {"path": frame.path}
         if frame.points is not None:
             if self.path is None:
@@ -237,8 +244,30 @@ class ThreatAssessment:
                 seen = self.scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed, **way)
                 beam = seen.beam
                 path = path_threat(seen, beam, seen.angle, seen.range, over_ground, self._age(frame, beam))
+        if turns and self._sharpest > 0.0 and speed != 0.0 and not way and path is not None:
+            turn = self._turn(frame, motion)
         estimate, is_sure = (None, False) if frame.estimate is None else estimated_threat(frame)
-        return new(Threats, (over_ground, beams, path, estimate, is_sure, seen.counts.valid, seen.status, True, arc))
+        returns, status = seen.counts.valid, seen.status
+        return new(Threats, (over_ground, beams, path, estimate, is_sure, returns, status, True, arc, turn))
+
+    def _turn(self, frame: Frame, motion: Motion) -> Threat:
+        """Return the nearest threat on arcs that a vehicle may turn to: half and all of what wheels and tires allow."""
+        speed, lateral_speed = motion.speed, motion.lateral_speed
+        kernel: Any = self.scan_path if frame.points is None else self.path
+        readings = frame.ranges if frame.points is None else frame.points
+        yaw_rate = min(self._sharpest * abs(speed), GRIP / abs(speed))
+        arcs = (kernel.nearest(readings, speed, share * yaw_rate, lateral_speed) for share in (-1.0, -0.5, 0.5, 1.0))
+        seen = min(arcs, key=operator.attrgetter("ttc"))
+        if frame.points is None:
+            index, angle, distance, age = seen.beam, seen.angle, seen.range, self._age(frame, seen.beam)
+        else:
+            index, angle, distance, age = (
+                seen.index,
+                math.atan2(seen.y, seen.x),
+                math.hypot(seen.x, seen.y),
+                self._age(frame),
+            )
+        return path_threat(seen, index, angle, distance, motion.over_ground, age)
 
     def _assess_estimate(self, frame: Frame) -> Threats:
         """Return the threats of a frame that is an estimate."""

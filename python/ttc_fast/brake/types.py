@@ -268,6 +268,9 @@ class Threats(NamedTuple):
         Whether the vehicle's motion, the range rate or the estimate gives the closing speeds.
     arc : Threat or None
         Where a planned path was given, the nearest return on the present arc, which ``path`` is otherwise.
+    turn : Threat or None
+        Where none was given, the nearest return on the arcs that the vehicle may turn to, up to
+        ``PresentArc.sharpest``.
     """
 
     speed: float | None
@@ -279,6 +282,7 @@ class Threats(NamedTuple):
     status: Status
     closing_speed_known: bool
     arc: Threat | None = None
+    turn: Threat | None = None
 
     @property
     def estimate_in_contact(self) -> bool:
