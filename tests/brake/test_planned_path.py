@@ -37,6 +37,11 @@ def test_what_is_beside_the_path_is_no_cause() -> None:
     assert (decision.command, decision.reason) == (Command.NONE, Reason.CLEAR)
 
 
+def test_a_speed_may_be_a_scalar_of_numpy() -> None:
+    decision = frame(controller(), 1.0, speed=np.float64(4.0), path=bend())
+    assert (decision.command, decision.reason) == (Command.NONE, Reason.CLEAR)
+
+
 def test_what_is_on_it_is_one_although_the_present_arc_is_free() -> None:
     control = controller()
     turning = Motion(4.0, 4.0 / 1.5, stamp=1.0)

@@ -325,7 +325,7 @@ def leads(path: NDArray[np.float64], speed: float, outline: Any) -> bool:
         share = max(1.0 - way / (2.0 * size), 0.0)
         x_led = x - x_off * share
         if math.hypot(x_led, y - y_off * share) >= SHORTEST * size:
-            return (x_led < 0.0) is (speed < 0.0)
+            return bool((x_led < 0.0) == (speed < 0.0))  # a speed may be a scalar of NumPy
     return True  # it leads nowhere, which the kernel refuses
 
 
