@@ -6,8 +6,10 @@ of print() ends in a comment, that is what it printed last.
 
 from __future__ import annotations
 
+import ast
 import builtins
 import importlib
+import json
 import re
 import sys
 from pathlib import Path
@@ -108,3 +110,22 @@ def test_every_public_name_has_a_place_in_the_reference() -> None:
     assert "`range_max` | `inf` | m |" in pages["reference/settings.md"]
     assert "| `CLOSING` | 2 |" in pages["reference/statuses.md"]
     assert "](logs.md" in pages["index.md"]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.ipynb")), ids=lambda path: path.stem)
+def test_a_notebook(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its cells run in order, print what it holds, and show what a notebook can show."""
+    namespace: dict[str, Any] = {}
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] != "code":
+            continue
+        *statements, last = ast.parse("".join(cell["source"])).body
+        shows = isinstance(last, ast.Expr) and not ast.unparse(last).startswith("print(")
+        exec(compile(ast.Module([*statements, *([] if shows else [last])], []), path.name, "exec"), namespace)
+        held = {kind: value for output in cell["outputs"] for kind, value in output.get("data", {}).items()}
+        if shows and isinstance(last, ast.Expr):
+            shown = eval(compile(ast.Expression(last.value), path.name, "eval"), namespace)
+            assert "image/png" not in held or shown._repr_png_().startswith(b"\x89PNG")
+            assert "text/html" not in held or "".join(held["text/html"]) == shown._repr_html_()
+        printed = "".join(text for output in cell["outputs"] for text in output.get("text", []))
+        assert capsys.readouterr().out == printed

@@ -100,7 +100,7 @@ def test_a_cloud_of_any_layout(axes: tuple[str, str, str]) -> None:
     stored = np.column_stack([x, y, 0 * x] if axes[0] == "x" else [-y, x, 0 * x])
     gate = Gate(axes=axes)
     found = ttc_fast.robust_min_x(stored, gate=gate, estimator=KthSmallest(10))
-    records = np.rec.fromarrays(stored.T, names="x,y,z")
+    records = np.array([tuple(row) for row in stored], [(name, float) for name in "xyz"])
     for cloud in (
         stored,
         records,
