@@ -42,6 +42,23 @@ SETTINGS: dict[str, tuple[Callable[[ScanTTC], BrakeController], bool]] = {
     "no brake": (never, False),
 }
 """The settings that are compared, and whether they are given the line that the driver follows."""
+CHOSEN_ON = ("Spielberg", "berlin", "random 0", "random 1", "random 2")
+"""The courses on which the settings were chosen, with drives at random of seed 11."""
+LOOKED_AT = ("Oschersleben", "skirk")
+"""The other courses there are: settings of an earlier version were chosen on them as well."""
+UNSEEN_SEED = 12
+"""The seed of drives at random of which none was driven before the settings were chosen."""
+
+
+def courses() -> list[str]:
+    """Return all courses there are, all of them turned round, and eight at random that were not driven before."""
+    turned = [f"{name} {how}" for how in ("mirrored", "reversed") for name in names()]
+    return [*names(), *turned, *(f"random {seed}" for seed in range(100, 108))]
+
+
+def seen(name: str) -> str:
+    """Return whether settings were chosen on a course."""
+    return "chosen on" if name in CHOSEN_ON else "looked at before" if name in LOOKED_AT else "unseen"
 
 
 def laps_table(outcomes: Sequence[tuple[str, Outcome]], laps: float) -> Report:
@@ -52,12 +69,12 @@ def laps_table(outcomes: Sequence[tuple[str, Outcome]], laps: float) -> Report:
         for where in dict.fromkeys(each.course for _, each in outcomes):
             mine = {each.speed: each for name, each in outcomes if name == setting and each.course == where}
             cells = [cell(mine[speed], laps) if speed in mine else "-" for speed in speeds]
-            rows.append([setting, where, *cells])
+            rows.append([setting, where, seen(where), *cells])
     legend = (
-        f"{laps:g} laps. Times that it began to brake; with the laps that it drove where it did not finish, and "
+        f"{laps:g} laps each. Times that it began to brake; with the laps that it drove where it did not finish, and "
         "'hit' where that ended it."
     )
-    return Report("Laps", legend, ["setting", "course", *(f"{speed:g} m/s" for speed in speeds)], rows)
+    return Report("Laps", legend, ["setting", "course", "data", *(f"{speed:g} m/s" for speed in speeds)], rows)
 
 
 def cell(outcome: Outcome, laps: float) -> str:
@@ -65,7 +82,7 @@ def cell(outcome: Outcome, laps: float) -> str:
     return f"{outcome.onsets}{done}{', hit' if outcome.hits else ''}"
 
 
-def random_table(outcomes: Sequence[tuple[str, Outcome]]) -> Report:
+def random_table(outcomes: Sequence[tuple[str, Outcome]], seed: int) -> Report:
     """Make the table of drives with steering at random: a row for each setting and course."""
     rows = []
     for setting in dict.fromkeys(name for name, _ in outcomes):
@@ -75,7 +92,10 @@ def random_table(outcomes: Sequence[tuple[str, Outcome]]) -> Report:
             speeds = ", ".join(f"{each.hit_speed:.1f}" for each in hit) or "-"
             braked = f"{100.0 * np.mean([each.braked for each in mine]):.0f} %"
             rows.append([setting, where, str(len(mine)), str(len(hit)), speeds, braked])
-    legend = "From standstill, up to 6 m/s, for 20 s or until it stands for 3 s. Speeds of hits in m/s."
+    legend = (
+        f"From standstill, up to 6 m/s, for 20 s or until it stands for 3 s, seed {seed}. Speeds of hits in m/s. "
+        f"Settings were chosen with drives of seed 11; those of seed {UNSEEN_SEED} are unseen on every course."
+    )
     columns = ["setting", "course", "drives", "hits", "at", "frames braked"]
     return Report("Steering at random", legend, columns, rows)
 
@@ -87,13 +107,14 @@ def main() -> None:
     parser.add_argument("--speeds", type=float, nargs="*", default=[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], help="m/s")
     parser.add_argument("--runs", type=int, default=40, help="drives at random on each map (default %(default)s)")
     parser.add_argument("--settings", nargs="*", default=list(SETTINGS), help="which of them (default: all)")
-    parser.add_argument("--courses", nargs="*", default=names(), help="which of them (default: all there are)")
+    parser.add_argument("--courses", nargs="*", default=courses(), help="which of them, 'random 7' (default: all)")
+    parser.add_argument("--seed", type=int, default=UNSEEN_SEED, help="of drives at random (default %(default)s)")
     parser.add_argument("--processes", type=int, help="default: as many as there are processors")
     parser.add_argument("--markdown", type=Path, help="a document to put the tables into, such as docs/braking.md")
     chosen = parser.parse_args()
-    if not chosen.courses:
+    if not names():
         raise SystemExit("there are no maps: TTC_FAST_DATA has to be the folder of the recordings")
-    wide = [name for name in chosen.courses if name in ("berlin", "skirk")]
+    wide = [name for name in chosen.courses if name in ("berlin", "skirk") or name.startswith("random")]
     with ProcessPoolExecutor(chosen.processes) as pool:
         lapped: list[tuple[str, Any]] = []
         steered: list[tuple[str, Any]] = []
@@ -105,10 +126,10 @@ def main() -> None:
             if not planned:
                 for name in wide:
                     for run in range(chosen.runs):
-                        steered.append((setting, pool.submit(random_drive, name, run, make)))
+                        steered.append((setting, pool.submit(random_drive, name, run, make, chosen.seed)))
         reports = [laps_table([(setting, each.result()) for setting, each in lapped], chosen.laps)]
         if steered:
-            reports.append(random_table([(setting, each.result()) for setting, each in steered]))
+            reports.append(random_table([(setting, each.result()) for setting, each in steered], chosen.seed))
     for report in reports:
         console().print(report.rich())
     if chosen.markdown:

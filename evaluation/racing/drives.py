@@ -19,6 +19,8 @@ LATENCY = 0.0125
 """The time from measuring a scan to deciding, s."""
 DELAY = 0.05
 """The time from the command to the bite of the brake, s."""
+FASTEST_AT_RANDOM = 6.0
+"""The greatest speed of a drive with steering at random, m/s."""
 PATIENCE = 3.0
 """A car that stands for so long does not finish, s."""
 
@@ -57,12 +59,12 @@ def lap_drive(
 
 
 def random_drive(
-    name: str, run: int, settings: Callable[[Any], BrakeController], fastest: float = 6.0, **made: Any
+    name: str, run: int, settings: Callable[[Any], BrakeController], seed: int = 11, **made: Any
 ) -> Outcome:
     """Drive with steering at random from somewhere on a course's line, for at most 20 s."""
-    where, rng = course(name), np.random.default_rng([11, run])
+    where, rng = course(name), np.random.default_rng([seed, run])
     line = where.line
-    speed, at = rng.uniform(1.5, fastest), int(rng.integers(len(line.x)))
+    speed, at = rng.uniform(1.5, FASTEST_AT_RANDOM), int(rng.integers(len(line.x)))
     begin = Pose(float(line.x[at]), float(line.y[at]), line.heading(at) + rng.normal(0.0, 0.1))
     car = made.get("car", SingleTrack)(where, begin, 0.0, rng)
     return drive(where, car, RandomSteering(speed, rng), speed, settings, False, np.inf, 20.0)
