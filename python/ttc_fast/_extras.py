@@ -4,12 +4,15 @@ from __future__ import annotations
 
 EXTRAS = {
     "cyclonedds": "dds",
+    "distributed": "fleet",
+    "fsspec": "fleet",
     "gymnasium": "gym",
     "lz4": "log",
     "matplotlib": "plot",
     "mcap": "log",
     "pyarrow": "parquet",
     "rich": "log",
+    "s3fs": "fleet",
     "zstandard": "log",
 }
 """The extra that brings a package. A command may name one that brings more."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ttc_fast.cli import options
 from ttc_fast.cli.replay import check, show
+from ttc_fast.logs.storage import located, name_in
 
 if TYPE_CHECKING:
     import argparse
@@ -25,7 +26,7 @@ ttc-fast replay reads, and the options are the same.
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="A log to replay.")
+    parser.add_argument("paths", nargs="*", type=located, metavar="PATH", help="A log to replay.")
     options.add(parser)
     out = parser.add_argument_group("what comes out")
     out.add_argument(
@@ -48,8 +49,9 @@ def run(arguments: argparse.Namespace) -> None:
 
     settings, console = options.settings(arguments), open_console()
     for path in arguments.paths or [sample(name) for name in SAMPLES]:
-        console.print(f"Replay: {name_of(path)}.\n", style="bold")
-        picture = arguments.out / f"{path.resolve().name.split('.')[0]}.png"
+        name = name_in(path)
+        console.print(f"Replay: {name_of(path) if isinstance(path, Path) else name}.\n", style="bold")
+        picture = arguments.out / f"{name.split('.')[0]}.png"
         played = show(path, settings, console, arguments.rows, None, picture)
         check(played)
         line(console, "picture", f"{picture}\n")

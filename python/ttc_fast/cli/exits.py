@@ -1,6 +1,18 @@
 """The exit codes of the command, and the error that leads to one."""
 
-DONE, FAILED, USAGE, UNREADABLE, MISSING_EXTRA, PARTIAL, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
+from ttc_fast._exit_codes import DONE, FAILED, INTERRUPTED, MISSING_EXTRA, PARTIAL, UNREADABLE, USAGE
+
+__all__ = [
+    "DONE",
+    "EXIT_CODES",
+    "FAILED",
+    "INTERRUPTED",
+    "MISSING_EXTRA",
+    "PARTIAL",
+    "UNREADABLE",
+    "USAGE",
+    "CommandError",
+]
 
 EXIT_CODES = f"""\
 exit codes:

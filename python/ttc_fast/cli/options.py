@@ -14,6 +14,7 @@ from ttc_fast.brake import BrakeSettings
 from ttc_fast.cli.exits import USAGE, CommandError
 from ttc_fast.configuration import CRITERIA, Configuration, ConfigurationError
 from ttc_fast.logs import LogOptions
+from ttc_fast.logs.storage import Copy, Location, located
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -84,7 +85,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         _add_setting(brake, each)
     brake.add_argument(
         "--config",
-        type=Path,
+        type=located,
         metavar="FILE",
         help="Settings of scanner, gate, criteria and brake, or parameters of the node, in the file that ttc-fast node "
         "takes (.toml, .yaml). Options win over it.",
@@ -105,10 +106,9 @@ def add_rows(group: Any) -> None:
 def settings(arguments: argparse.Namespace) -> Settings:
     """Return the settings that the arguments say."""
     from ttc_fast.replay import Settings
-    from ttc_fast.ros.files import read_configuration
 
     try:
-        configuration = Configuration() if arguments.config is None else read_configuration(arguments.config)
+        configuration = Configuration() if arguments.config is None else _configuration(arguments.config)
         criteria = None
         if arguments.criterion:
             criteria = Configuration.of({"criteria": [_criterion(text) for text in arguments.criterion]}).criteria
@@ -117,6 +117,21 @@ def settings(arguments: argparse.Namespace) -> Settings:
     configuration = replace(configuration, brake={**configuration.brake, **_given(arguments, BRAKE)})
     gate = {name.removeprefix("gate_"): (low, high) for name, (low, high) in _given(arguments, GATE).items()}
     return Settings(configuration, _given(arguments, LOG), gate, criteria)
+
+
+def _configuration(place: Location) -> Configuration:
+    """Read a file of settings, which may be at a URL."""
+    from ttc_fast.ros.files import read_configuration
+
+    if isinstance(place, Path):
+        return read_configuration(place)
+    copy = Copy(place)
+    try:
+        return read_configuration(copy.path)
+    except ConfigurationError as error:
+        raise ConfigurationError(str(error).replace(str(copy.path), place)) from None
+    finally:
+        copy.remove()
 
 
 def _add_setting(group: Any, setting: Setting) -> None:

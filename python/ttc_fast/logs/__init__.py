@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from ttc_fast.logs.log import (
     ScanLog,
     Scanner,
     forward_left_up,
+    origin,
 )
 from ttc_fast.logs.mcap import McapFile
 from ttc_fast.logs.npz import open_archive
@@ -30,6 +32,7 @@ from ttc_fast.logs.raw_clouds import KITTI, NUSCENES
 from ttc_fast.logs.ros import open_bag
 from ttc_fast.logs.rosbag1 import Bag
 from ttc_fast.logs.rosbag2 import BagFolder, Database, is_bag_folder
+from ttc_fast.logs.storage import Copy, located
 from ttc_fast.logs.table import DistanceTable
 
 if TYPE_CHECKING:
@@ -70,7 +73,8 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
     Parameters
     ----------
     path : path
-        The file or folder; ``FORMATS`` lists what can be read.
+        The file or folder; ``FORMATS`` lists what can be read. What a URL of fsspec names, such as s3://fleet/drive.mcap,
+        is fetched to a scratch folder, where it stays while the log is in use (extra ``fleet``).
     **options
         What the log does not say, or what is to hold instead: the fields of ``LogOptions``, by their names.
 
@@ -99,12 +103,25 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
     >>> log.frame_count, log.lidar.sensor_height, log.lidar.front_offset, next(iter(log)).points.dtype.name
     (12, 1.73, 2.0, 'float32')
     """
-    path = Path(path)
+    place = located(path)
     names = [each.name for each in settings_of(LogOptions)]
     for name in options:
         if name not in names:
             raise TypeError(f"open_log has no option {name!r}: {hint(name, names)}")
     given = LogOptions(**options)
+    if isinstance(place, Path):
+        return _open(place, given)
+    copy = Copy(place)
+    try:
+        log = _open(copy.path, given)
+    except BaseException:
+        copy.remove()
+        raise
+    weakref.finalize(log, copy.remove)
+    return log
+
+
+def _open(path: Path, given: LogOptions) -> AnyLog:
     try:
         if not path.exists():
             raise LogError(path, "cannot be opened: no such file or folder")
@@ -125,7 +142,9 @@ def _open_folder(path: Path, options: LogOptions) -> AnyLog:
     if form is None:
         logs = [file.name for file in files if file.name.lower().endswith(SUFFIXES)]
         if logs:
-            raise LogError(path, f"is a folder of logs, {logs[0]} and others; give them by their names: {path}/*")
+            raise LogError(
+                path, f"is a folder of logs, {logs[0]} and others; give them by their names: {origin(path)}/*"
+            )
         raise LogError(path, f"holds no frames that can be read; can read {FORMATS}; give the folder that holds them")
     return CloudFiles(path, form, options)
 

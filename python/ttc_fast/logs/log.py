@@ -9,6 +9,7 @@ on the way, and raises one ``LogError`` after the last frame.
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from importlib import import_module
@@ -38,11 +39,28 @@ REPAIR = "copy it again, or leave it out"
 # Errors
 
 
+ORIGINS: dict[str, str] = {}
+"""Where copies in the scratch folder of this process come from: path to URL."""
+
+
+def origin(path: Path | str) -> str:
+    """Return the name of a log for people: the URL of a copy, of any other file its path."""
+    text = str(path)
+    for copy, url in list(ORIGINS.items()):
+        if text == copy or text.startswith(copy + os.sep):
+            return url + text[len(copy) :]
+    return text
+
+
 class LogError(Exception):
     """A log cannot be read: the message says which file, what is wrong with it, and what would be right."""
 
-    def __init__(self, path: Path, problem: str) -> None:
-        super().__init__(f"{path}: {problem}")
+    def __init__(self, path: Path | str, problem: str) -> None:
+        super().__init__(origin(path), problem)  # both, so that it pickles: it goes from one process to another
+
+    def __str__(self) -> str:
+        """Return which file, and what is wrong."""
+        return "{}: {}".format(*self.args)
 
 
 class ReadErrors:

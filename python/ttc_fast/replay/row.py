@@ -8,8 +8,8 @@ import math
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
 
-from ttc_fast.brake import Command, Reason  # noqa: TC001 - the types of the columns are looked up
-from ttc_fast.status import Status  # noqa: TC001
+from ttc_fast.brake import Command, Reason
+from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -94,6 +94,13 @@ class Row(NamedTuple):
 
 
 TYPES = get_type_hints(Row)
+UNITS = {
+    **dict.fromkeys(("stamp", "ttc", "ttc_low", "ttc_high"), "s"),
+    **dict.fromkeys(("closing_speed", "closing_low", "closing_high", "speed"), "m/s"),
+    **dict.fromkeys(("distance", "range", "nearest"), "m"),
+    "angle": "rad",
+}
+"""The units of the columns; ``value`` and ``threshold`` have that of their criterion."""
 STATUS = Row._fields.index("status")  # command and reason follow
 FLOATS = [(i, "%.6f" if name == "stamp" else "%.6g") for i, name in enumerate(Row._fields) if TYPES[name] is float]
 """The columns that CSV formats, and how."""
@@ -177,7 +184,19 @@ class JsonLinesWriter(Writer):
 
 
 class ParquetWriter(Writer):
-    """Apache Parquet, by pyarrow, with the numbers as they are."""
+    """Apache Parquet, by pyarrow, with the numbers as they are. The schema has the units.
+
+    Parameters
+    ----------
+    path : Path
+        The file, which is written anew.
+    log : str, optional
+        What the column ``log`` says of every row; without it there is no such column.
+    """
+
+    def __init__(self, path: Path, log: str | None = None) -> None:
+        self._log = log
+        super().__init__(path)
 
     def open(self, path: Path) -> Any:
         """Open the file with its schema."""
@@ -185,14 +204,21 @@ class ParquetWriter(Writer):
         import pyarrow.parquet
 
         kinds = {float: pyarrow.float64(), int: pyarrow.int64(), int | None: pyarrow.int64()}
-        self._schema = pyarrow.schema([(name, kinds.get(kind, pyarrow.string())) for name, kind in TYPES.items()])
+        columns = {name: kinds.get(kind, pyarrow.string()) for name, kind in TYPES.items()}
+        self._schema = schema_with_units(columns if self._log is None else {"log": pyarrow.string(), **columns}, UNITS)
         self._batch = pyarrow.record_batch
         return pyarrow.parquet.ParquetWriter(path, self._schema)
 
     def put(self, rows: list[Row]) -> None:
         """Write a group of rows."""
         columns = [list(column) for column in zip(*map(plain, rows), strict=True)]
+        if self._log is not None:
+            columns.insert(0, [self._log] * len(rows))
         self._file.write_batch(self._batch(columns, schema=self._schema))
+
+    def note(self, name: str, text: str) -> None:
+        """Write a text beside the rows, into the metadata of the file."""
+        self._file.add_key_value_metadata({name: text})
 
 
 WRITERS: dict[str, Callable[[Path], Writer]] = {
@@ -203,11 +229,25 @@ WRITERS: dict[str, Callable[[Path], Writer]] = {
 """The writer for each ending of a file's name."""
 
 
+def schema_with_units(columns: dict[str, Any], units: dict[str, str]) -> Any:
+    """Return a schema of pyarrow: its metadata ``units`` is JSON, and each column has the metadata ``unit``."""
+    import pyarrow
+
+    fields = [pyarrow.field(name, kind, metadata={"unit": units.get(name, "")}) for name, kind in columns.items()]
+    return pyarrow.schema(fields, {"units": json.dumps({name: units.get(name, "") for name in columns})})
+
+
 def plain(row: Row) -> list[Any]:
     """Return the values of a row, with names for its enumerations."""
     values: list[Any] = list(row)
     values[STATUS : STATUS + 3] = row.status.name, row.command.name, row.reason.name
     return values
+
+
+def of_plain(values: list[Any]) -> Row:
+    """Return the row that has these values, with names for its enumerations."""
+    status, command, reason = values[STATUS : STATUS + 3]
+    return Row._make([*values[:STATUS], Status[status], Command[command], Reason[reason], *values[STATUS + 3 :]])
 
 
 def formatted(row: Row) -> list[Any]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast.brake import Reason
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
-from ttc_fast.logs.log import ReadErrors
+from ttc_fast.logs.log import ReadErrors, origin
 from ttc_fast.logs.ros import BagScans
 from ttc_fast.replay.pipelines import Clouds, Distances, Scans
 from ttc_fast.replay.settings import Settings
@@ -144,7 +144,7 @@ class Replay:
     Parameters
     ----------
     path : path
-        The log, as ``open_log`` takes it.
+        The log, as ``open_log`` takes it, URLs included.
     settings : Settings, optional
         The settings of the log and of the brake.
 
@@ -194,7 +194,7 @@ class Replay:
         settings.refuse_useless(self.log.path, kind.name, kind.uses)
         self.pipeline: Any = kind(self.log, settings)
         self.threshold = min(self.pipeline.controller.thresholds, default=TTC_THRESHOLD)
-        self.summary = Summary(str(self.log.path), self.threshold, settings.sensor_timeout)
+        self.summary = Summary(origin(self.log.path), self.threshold, settings.sensor_timeout)
         self.summary.assumed = "; ".join(filter(None, (self.log.assumed, self.pipeline.assumed)))
         self.series = Series()
         self.key_frame: tuple[Row, Any] | None = None

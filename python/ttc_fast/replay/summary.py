@@ -5,14 +5,13 @@ It is made row by row, so that a log of any length takes the same memory.
 
 from __future__ import annotations
 
+import json
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from ttc_fast.brake import Command, Reason
+from ttc_fast.replay.row import Row, of_plain, plain
 from ttc_fast.status import Status
-
-if TYPE_CHECKING:
-    from ttc_fast.replay.row import Row
 
 MOST_EVENTS = 1000
 UNSEEN = (Status.NO_DATA, Status.INVALID)
@@ -136,6 +135,24 @@ class Summary:
         before, last = self._before, self._last
         self._before = self._last = None
         return None if last is None else self._measure(before, last, None)
+
+    def to_json(self) -> str:
+        """Return all of a summary that has ended as a text, from which ``of_json`` makes one that is equal."""
+        state = {name: value for name, value in vars(self).items() if not name.startswith("_")}
+        for name in ("least", "least_isolated"):
+            state[name] = state[name] and plain(state[name])
+        state["events"] = [(plain(begin), end, frames) for begin, end, frames in self.events]
+        return json.dumps(state)
+
+    @classmethod
+    def of_json(cls, text: str) -> Summary:
+        """Return the summary that ``to_json`` gave as a text."""
+        summary, state = cls("", 0.0, 0.0), json.loads(text)
+        for name in ("least", "least_isolated"):
+            state[name] = state[name] and of_plain(state[name])
+        state["events"] = [Event(of_plain(begin), end, frames) for begin, end, frames in state["events"]]
+        vars(summary).update(state)
+        return summary
 
     def _measure(self, before: Row | None, row: Row, after: Row | None) -> Row | None:
         """Measure a row by its neighbours; return it if none has braked and it is the first, or the least so far."""

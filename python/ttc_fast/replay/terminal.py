@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
+from contextlib import contextmanager
+from datetime import timedelta
 from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console, Group
 from rich.live import Live
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bars
 from rich.table import Table
 from rich.text import Text
 
@@ -19,8 +22,9 @@ from ttc_fast.brake import Command, Reason
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
+    from ttc_fast.replay.many import Progress
     from ttc_fast.replay.row import Row
     from ttc_fast.replay.run import Replay
     from ttc_fast.replay.summary import Event, Summary
@@ -29,6 +33,8 @@ PIPE_WIDTH = 120
 """Columns where output goes into a pipe, which has no width."""
 TICK = 0.1
 """s between two updates of the screen."""
+LINE_EACH = 60.0
+"""s between two lines of progress where there is no terminal."""
 LIVE_ROWS = 8
 MOST_EVENTS = 10
 COMMANDS = {Command.NONE: "dim", Command.WARN: "yellow", Command.BRAKE: "bold red"}
@@ -105,7 +111,7 @@ def show_live(replay: Replay, console: Console) -> Iterator[Row]:
         yield from replay
         return
     last: deque[Row] = deque(maxlen=LIVE_ROWS)
-    bar = Progress(
+    bar = Bars(
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=console
     )
     task = bar.add_task(replay.log.path.name, total=replay.log.frame_count)
@@ -204,6 +210,50 @@ def _why(event: Event) -> str:
     why = by if begin.reason is Reason.CRITERION and math.isfinite(begin.value) else ""
     until = f"{begin.stamp:.3f} to {event.end:.3f} s, {frames(event.frames)}"
     return f"frame {begin.frame}, {until}: {begin.reason.name}{why}"
+
+
+@contextmanager
+def show_progress() -> Iterator[Callable[[Progress], None]]:
+    """Yield what shows on standard error how far many logs are: a bar, or a line a minute without a terminal."""
+    console = Console(stderr=True, highlight=False)
+    if not console.is_terminal:
+        due = time.monotonic() + LINE_EACH
+
+        def print_line(progress: Progress) -> None:
+            nonlocal due
+            if time.monotonic() >= due:
+                due += LINE_EACH
+                console.print(f"{time.strftime('%H:%M:%S')} {how_far(progress)}", soft_wrap=True)
+
+        yield print_line
+        return
+    with Bars(BarColumn(), TextColumn("{task.description}"), console=console, transient=True) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda progress: bar.update(
+            task, total=progress.total, completed=progress.logs, description=how_far(progress)
+        )
+
+
+def how_far(progress: Progress) -> str:
+    """Say how many logs and frames are done, how fast, how long it still takes, and how many logs failed.
+
+    Examples
+    --------
+    >>> from ttc_fast.replay import Progress
+    >>> from ttc_fast.replay.terminal import how_far
+    >>> how_far(Progress(logs=30, total=90, skipped=0, frames=3870, failures=1, seconds=20.0))
+    '30 of 90 logs, 3870 frames, 1.5 logs/s, 0:00:40 left, 1 failed'
+    >>> how_far(Progress(logs=30, total=90, skipped=30, frames=0, failures=0, seconds=2.0))
+    '30 of 90 logs, 0 frames, 0 logs/s, 30 done before'
+    """
+    said = [f"{progress.logs} of {progress.total} logs", frames(progress.frames), f"{progress.rate:.3g} logs/s"]
+    if not math.isnan(progress.left):
+        said.append(f"{timedelta(seconds=round(progress.left))} left")
+    if progress.failures:
+        said.append(f"{progress.failures} failed")
+    if progress.skipped:
+        said.append(f"{progress.skipped} done before")
+    return ", ".join(said)
 
 
 def print_summaries(summaries: list[Summary], console: Console) -> None:

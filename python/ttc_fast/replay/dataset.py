@@ -1,0 +1,239 @@
+"""The results of many logs as Parquet: a part for each log, and a table with a line for each.
+
+.. code-block:: text
+
+    DIR/rows/drive.bag-1f0c2a9be0d34c1a.parquet    the rows of one log, with a column ``log``
+    DIR/logs.parquet                               a line for each log: its summary, events, reason and exit code
+
+A part is written under another name and renamed, so that it is whole or absent. Its metadata say what it was made of
+(size and time of the log, settings, version) and hold the summary. So a part is all that is known of its log: whoever
+is to replay the log again sees that it is done, and the table follows from the parts. A log that cannot be read has a
+part without rows. One that failed for another reason, such as a bucket that does not answer, has none, and is named in
+the table; the next run replays it again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ttc_fast import __version__
+from ttc_fast.logs.storage import (
+    Location,
+    join,
+    name_in,
+    read_by,
+    remove,
+    written_whole,
+)
+from ttc_fast.replay.output import OutputError, prepare_folder
+from ttc_fast.replay.row import schema_with_units
+from ttc_fast.replay.summary import Summary
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ttc_fast.replay.row import ParquetWriter
+    from ttc_fast.replay.settings import Settings
+
+NOTE = "ttc_fast"
+"""The name of what a part says of itself."""
+UNITS = {
+    **dict.fromkeys(("modified", "duration", "threshold", "judged", "tet", "least_ttc", "longest_gap"), "s"),
+    **dict.fromkeys(("least_stamp", "first_brake"), "s"),
+    "tit": "s^2",
+    "size": "bytes",
+    "least_distance": "m",
+    "least_closing_speed": "m/s",
+}
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a part was made of: while that is the same, the log is done.
+
+    Attributes
+    ----------
+    size : int
+        The bytes of the log.
+    modified : float
+        When it was changed, s since 1970.
+    settings : str
+        A digest of the settings.
+    version : str
+        The version of ttc_fast.
+    """
+
+    size: int
+    modified: float
+    settings: str
+    version: str = __version__
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """How the replay of one of many logs ended.
+
+    Attributes
+    ----------
+    log : str
+        The log: its absolute path, or its URL.
+    summary : Summary
+        What its rows come to. ``summary.lost`` is the reason where something was lost.
+    exit_code : int
+        With which code ``ttc-fast replay`` of this log ends: 0, or 3 where nothing could be read, 5 where a part was
+        lost, 2 where a setting makes no sense for it, 1 where it failed otherwise, 130 where it was interrupted.
+    made : Made or None
+        What it was made of; None where it was not replayed, or not into a dataset.
+    skipped : bool
+        Whether an earlier run had done it.
+    """
+
+    log: str
+    summary: Summary
+    exit_code: int
+    made: Made | None = None
+    skipped: bool = field(default=False, compare=False)
+
+
+def digest_of(settings: Settings) -> str:
+    """Return a short text that is the same for settings that are equal, in every process."""
+    with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # a long mask is not cut short
+        return hashlib.sha256(repr(settings).encode()).hexdigest()[:16]
+
+
+class Dataset:
+    """A folder or a URL below which the results are.
+
+    Parameters
+    ----------
+    place : Location
+        The folder or URL.
+    run : str
+        What no other run of this moment is called.
+    """
+
+    def __init__(self, place: Location, run: str) -> None:
+        self.place = place.rstrip("/") if isinstance(place, str) else place
+        self.unfinished = join(self.place, f".unfinished-{run}")
+
+    def begin(self) -> None:
+        """Raise if nothing can be written here."""
+        import pyarrow  # noqa: F401 - if it is missing, that is said before anything is replayed
+
+        if isinstance(self.place, Path):
+            prepare_folder(self.place / "rows", self.place)
+
+    def part(self, log: str) -> Location:
+        """Return where the part of a log is."""
+        name = Path(name_in(log.rstrip("/"))).name
+        return join(self.place, "rows", f"{name}-{hashlib.sha256(log.encode()).hexdigest()[:16]}.parquet")
+
+    def done(self, log: str, made: Made) -> Replayed | None:
+        """Return the result of an earlier run if its part was made of just this, else None."""
+        import pyarrow
+        import pyarrow.parquet
+
+        try:
+            noted = read_by(self.part(log), lambda file: pyarrow.parquet.read_metadata(file).metadata)
+            note = json.loads(noted[NOTE.encode()])
+            if note["log"] != log or Made(**note["made"]) != made:
+                return None
+            return Replayed(log, Summary.of_json(note["summary"]), note["exit_code"], made, skipped=True)
+        except (FileNotFoundError, pyarrow.ArrowInvalid, KeyError, TypeError, ValueError):
+            return None
+
+    def note(self, writer: ParquetWriter, result: Replayed) -> None:
+        """Let a part say what it is of."""
+        made = None if result.made is None else asdict(result.made)
+        said = {"log": result.log, "made": made, "exit_code": result.exit_code, "summary": result.summary.to_json()}
+        writer.note(NOTE, json.dumps(said))
+
+    def end(self, results: Iterable[Replayed]) -> None:
+        """Write the table of all logs of this run, and of those that earlier ones had; clear up."""
+        import pyarrow
+        import pyarrow.parquet
+
+        kinds = {int: pyarrow.int64(), float: pyarrow.float64(), str: pyarrow.string()}
+        event = pyarrow.struct([(name, kinds[kind]) for name, kind in EVENT.items()])
+        columns = {name: kinds[kind] for name, kind in LINE.items()}
+        columns |= {"odd": pyarrow.list_(pyarrow.string()), "events": pyarrow.list_(event)}
+        schema = schema_with_units(columns, UNITS)
+        place = join(self.place, "logs.parquet")
+        lines = {}
+        try:
+            table = read_by(place, lambda file: pyarrow.parquet.read_table(file))
+            lines = {each["log"]: each for each in table.to_pylist() if set(each) == set(columns)}
+        except (FileNotFoundError, pyarrow.ArrowInvalid):
+            pass
+        lines |= {each.log: self._line(each) for each in results}
+        table = pyarrow.Table.from_pylist([lines[log] for log in sorted(lines)], schema)
+        try:
+            with written_whole(place, self.unfinished) as file:
+                pyarrow.parquet.write_table(table, file)
+        except OSError as error:
+            raise OutputError(f"cannot write {place}: {error.strerror or error}; choose another --out") from error
+        finally:
+            if isinstance(self.unfinished, Path):
+                remove(self.unfinished)
+
+    def _line(self, result: Replayed) -> dict[str, Any]:
+        summary, made, least = result.summary, result.made, result.summary.least
+        of_made = dict.fromkeys(("size", "modified", "settings", "version")) if made is None else asdict(made)
+        has_part = made is not None
+        return {
+            "log": result.log,
+            "part": name_in(self.part(result.log)) if has_part else None,
+            "exit_code": result.exit_code,
+            "reason": summary.lost,
+            **{name: getattr(summary, name) for name in SAME},
+            "tet": summary.exposed,
+            "tit": summary.integrated,
+            "least_ttc": None if least is None else least.ttc,
+            "least_frame": None if least is None else least.frame,
+            "least_stamp": None if least is None else least.stamp,
+            "least_distance": None if least is None else least.distance,
+            "least_closing_speed": None if least is None else least.closing_speed,
+            "first_brake": summary.events[0].begin.stamp if summary.events else None,
+            **of_made,
+            "events": [
+                {
+                    **{name: getattr(begin, name) for name in ("frame", "stamp")},
+                    **{"end": end, "frames": frames, "reason": begin.reason.name},
+                    **{name: getattr(begin, name) for name in ("criterion", "value", "threshold", "ttc", "speed")},
+                }
+                for begin, end, frames in summary.events
+            ],
+        }
+
+
+COUNTS = ("frames", "with_known_ttc", "brakes", "warnings", "invalid", "unknown", "isolated", "stale", "resets")
+TIMES = ("duration", "judged", "threshold", "longest_gap")
+SAME = (*COUNTS, *TIMES, "assumed", "odd")
+"""Columns of the table that are attributes of the summary."""
+LINE: dict[str, type] = {
+    **dict.fromkeys(("log", "part"), str),
+    "exit_code": int,
+    "reason": str,
+    **dict.fromkeys(COUNTS, int),
+    **dict.fromkeys(TIMES, float),
+    **dict.fromkeys(("tet", "tit", "least_ttc"), float),
+    "least_frame": int,
+    **dict.fromkeys(("least_stamp", "least_distance", "least_closing_speed", "first_brake"), float),
+    "size": int,
+    "modified": float,
+    **dict.fromkeys(("settings", "version", "assumed"), str),
+}
+EVENT: dict[str, type] = {
+    "frame": int,
+    **dict.fromkeys(("stamp", "end"), float),
+    "frames": int,
+    **dict.fromkeys(("reason", "criterion"), str),
+    **dict.fromkeys(("value", "threshold", "ttc", "speed"), float),
+}
