@@ -12,11 +12,12 @@ for needed in ("numba", "scipy", "contourpy", "PIL"):
 
 from evaluation.racing.__main__ import default, never  # noqa: E402
 from evaluation.racing.car import GRIP, OUTLINE, Pose, SingleTrack  # noqa: E402
-from evaluation.racing.course import Course, course, evenly, names  # noqa: E402
+from evaluation.racing.course import RACING_LATERAL, Course, course, evenly, names, turned_round  # noqa: E402
 from evaluation.racing.drives import lap_drive, random_drive  # noqa: E402
-from ttc_fast import BrakeController  # noqa: E402
+from ttc_fast import BrakeController, PresentArc, ScanTTC, StoppingDistance  # noqa: E402
 
 COURSES = names()
+AT_RANDOM = "random 50"
 with_maps = pytest.mark.skipif(not COURSES, reason="the maps are not here: TTC_FAST_DATA says where they are")
 
 
@@ -65,15 +66,55 @@ def test_the_car_turns_on_a_circle_as_its_tires_allow(speed: float) -> None:
     assert car.motion().yaw_rate == pytest.approx(speed * expected, abs=0.05)
 
 
-@with_maps
-@pytest.mark.parametrize("name", COURSES)
-def test_a_line_keeps_from_the_walls(name: str) -> None:
+@pytest.mark.parametrize("name", [*COURSES, *(f"random {seed}" for seed in (50, 51))])
+def test_a_line_can_be_driven(name: str) -> None:
     where = course(name)
     touching = [
         where.hits(where.line.x[at], where.line.y[at], where.line.heading(at), OUTLINE)
         for at in range(0, len(where.line.x), 3)
     ]
     assert not any(touching)
+    assert (where.line.speed**2 * np.abs(where.line.curvature)).max() < RACING_LATERAL + 1e-6
+
+
+def test_a_course_at_random_is_the_same_each_time() -> None:
+    course.cache_clear()
+    once = course(AT_RANDOM).line.points
+    course.cache_clear()
+    np.testing.assert_array_equal(course(AT_RANDOM).line.points, once)
+    assert len(course("random 51").line.x) != len(once)
+
+
+def test_a_course_is_turned_round() -> None:
+    where = course(AT_RANDOM)
+    mirrored, back = turned_round(where, "mirrored"), turned_round(where, "reversed")
+    assert mirrored.line.length == pytest.approx(where.line.length, rel=1e-3)
+    at = len(where.line.x) // 3
+    there = int(np.argmin(np.hypot(mirrored.line.x + where.line.x[at], mirrored.line.y - where.line.y[at])))
+    assert mirrored.line.curvature[there] == pytest.approx(-where.line.curvature[at], abs=0.05)
+    ranges = where.rays(where.line.x[at], where.line.y[at], np.array([0.3, 2.0]))
+    turned = mirrored.rays(-where.line.x[at], where.line.y[at], math.pi - np.array([0.3, 2.0]))
+    np.testing.assert_allclose(turned, ranges, atol=2.0 * where.resolution)
+    np.testing.assert_allclose(back.line.points[::-1], where.line.points, atol=0.05)
+    with pytest.raises(ValueError, match="mirrored or reversed"):
+        turned_round(where, "upside down")
+
+
+@pytest.mark.parametrize("speed", [4.0, 8.0])
+def test_racing_drives_a_course_that_nothing_was_chosen_on(speed: float) -> None:
+    raced = lap_drive(AT_RANDOM, speed, 1.0, BrakeController.racing, True)
+    assert (raced.laps >= 1.0, raced.onsets, raced.hits) == (True, 0, 0)
+
+
+@with_maps
+def test_who_may_turn_into_a_wall_has_to_be_slow_enough() -> None:
+    """It turns to a wall 0.5 m away, which its arc passed 75 ms before."""
+
+    def on_its_arc(scan: ScanTTC) -> BrakeController:
+        return BrakeController.racing(scan, criteria=[StoppingDistance(reaction_time=0.15), PresentArc()])
+
+    assert random_drive("berlin", 5, on_its_arc).hits == 1
+    assert random_drive("berlin", 5, BrakeController.racing).hits == 0
 
 
 @with_maps
