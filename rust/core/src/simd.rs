@@ -309,8 +309,8 @@ mod x86 {
         _mm256_set1_epi32, _mm256_storeu_pd, _mm256_storeu_ps, _mm256_testz_si256, _mm512_add_pd, _mm512_add_ps,
         _mm512_castpd_si512, _mm512_castps_si512, _mm512_cmp_pd_mask, _mm512_cmp_ps_mask, _mm512_cmple_epu32_mask,
         _mm512_cmple_epu64_mask, _mm512_loadu_pd, _mm512_loadu_ps, _mm512_loadu_si512, _mm512_mask_cmp_pd_mask,
-        _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32, _mm512_maskz_compress_ps, _mm512_min_pd, _mm512_min_ps,
-        _mm512_storeu_pd, _mm512_storeu_ps, _mm512_storeu_si512,
+        _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32, _mm512_maskz_compress_pd, _mm512_maskz_compress_ps,
+        _mm512_min_pd, _mm512_min_ps, _mm512_storeu_pd, _mm512_storeu_ps, _mm512_storeu_si512,
     };
 
     #[inline(always)]
@@ -569,6 +569,21 @@ mod x86 {
             let mut kept = [0.0; LANES];
             // SAFETY: `self` proves AVX-512 F; each array is one register long.
             unsafe { _mm512_storeu_ps(kept.as_mut_ptr(), _mm512_maskz_compress_ps(keep, _mm512_loadu_ps(x.as_ptr()))) };
+            kept
+        }
+
+        #[inline(always)]
+        fn compress_f64(self, x: &Lanes<f64>, keep: u16) -> Lanes<f64> {
+            let mut kept = [0.0; LANES];
+            let [first, second] = keep.to_le_bytes();
+            // SAFETY: `self` proves AVX-512 F; each array is two registers long, and at most 8 lanes are kept of the
+            // first.
+            unsafe {
+                let [low, high] = [_mm512_loadu_pd(x.as_ptr()), _mm512_loadu_pd(x.as_ptr().add(8))];
+                _mm512_storeu_pd(kept.as_mut_ptr(), _mm512_maskz_compress_pd(first, low));
+                let behind = kept.as_mut_ptr().add(first.count_ones() as usize);
+                _mm512_storeu_pd(behind, _mm512_maskz_compress_pd(second, high));
+            }
             kept
         }
 

@@ -27,7 +27,8 @@ settings_class! {
 settings_class! {
     /// The mean of all pairs' ratios of distances, without the lowest and the highest share.
     ///
-    /// A share of 0 is the plain mean, and one near 0.5 is nearly the median.
+    /// A share of 0 is the plain mean, and one near 0.5 is nearly the median. Of more than 362 matches, an even sample of
+    /// the pairs takes the place of all: as many as 362 matches have, or 64 for each match if those are more.
     ///
     /// Parameters
     /// ----------
@@ -141,7 +142,8 @@ settings_class! {
 ///     Lower and upper end of the 90 % interval of ``ttc``, s, in [0, inf]: the times of scales ``1.645 spread`` above
 ///     and below. The upper end is inf where the thing may not grow. None where ``spread`` is NaN.
 /// pairs : int
-///     Pairs of matches in support that count; 0 for ``LeastSquares``, which asks for none.
+///     Pairs of matches in support that count, or those of the sample that are left with ``TrimmedMeanRatio``; 0 for
+///     ``LeastSquares``, which asks for none.
 /// matches : int
 ///     Matches that count.
 /// support : int

@@ -10,7 +10,7 @@ import numpy as np
 
 from ttc_fast._core import Consensus, LeastSquares, MedianRatio, TrimmedMeanRatio
 from ttc_fast.reference.camera.consensus import inliers
-from ttc_fast.reference.camera.pairs import ratios
+from ttc_fast.reference.camera.pairs import ratios, sampled_ratios
 from ttc_fast.reference.camera.similarity import fitted
 from ttc_fast.reference.camera.spread import spread, strained
 
@@ -51,7 +51,7 @@ def estimate(estimator: ScaleEstimator, before: Doubles, now: Doubles, min_dista
             every = ratios(before, now, min_distance)
             return _estimate_by(before, now, every, float(np.median(every)) if len(every) else math.nan)
         case TrimmedMeanRatio():
-            every = np.sort(ratios(before, now, min_distance))
+            every = np.sort(sampled_ratios(before, now, min_distance))
             cut = int(estimator.share * len(every))
             left = every[cut : len(every) - cut]
             return _estimate_by(before, now, left, float(left.mean()) if len(left) else math.nan)

@@ -56,7 +56,7 @@ impl Ransac {
             let (first, second) = random.below(matches.len(), others);
             let second = second + usize::from(second >= first);
             if let Some(similarity) = Similarity::through(matches, first, second) {
-                let votes = level.run(Votes { matches, similarity, squared });
+                let votes = level.run(Votes { matches, similarity, squared, most });
                 if votes > most {
                     (best, most) = (Some(similarity), votes);
                 }
@@ -117,11 +117,13 @@ fn is_rounded<T: Real>(matches: &Matches<T>) -> bool {
     unchanged as f64 > UNCHANGED * (2 * matches.len()) as f64
 }
 
-/// Counts the matches that agree.
+/// Counts the matches that agree, or fewer of them once there cannot be more than `most`: of matches that nearly all move
+/// as one body, most similarities are given up after a few that do not agree.
 struct Votes<'m, T> {
     matches: &'m Matches<T>,
     similarity: Similarity,
     squared: f64,
+    most: usize,
 }
 
 impl<T: Real> Kernel for Votes<'_, T> {
@@ -129,14 +131,18 @@ impl<T: Real> Kernel for Votes<'_, T> {
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> usize {
-        let Votes { matches, similarity, squared } = self;
-        let mut votes = 0;
+        let Votes { matches, similarity, squared, most } = self;
+        let (mut votes, mut left) = (0, matches.len());
         for [x0, y0, x1, y1] in matches.blocks() {
             let residual = std::array::from_fn(|lane| {
                 let (p, c) = ([x0[lane].to_f64(), y0[lane].to_f64()], [x1[lane].to_f64(), y1[lane].to_f64()]);
                 similarity.squared_residual(p, c)
             });
             votes += f64::within(simd, &residual, &[0.0; LANES], &[squared; LANES]).count_ones() as usize;
+            left = left.saturating_sub(LANES);
+            if votes + left <= most {
+                break;
+            }
         }
         votes
     }

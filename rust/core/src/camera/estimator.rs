@@ -79,7 +79,7 @@ impl Estimator {
     ) -> Option<Estimate> {
         Some(match self {
             Estimator::MedianRatio => estimate_by(matches, median::median(matches, rule, level, threads)?),
-            Estimator::TrimmedMeanRatio(share) => estimate_by(matches, mean::trimmed(matches, rule, share)?),
+            Estimator::TrimmedMeanRatio(share) => estimate_by(matches, mean::trimmed(matches, rule, share, level)?),
             Estimator::LeastSquares => {
                 let centred = Centred::of(matches)?;
                 let scale = centred.similarity().scale();
@@ -88,7 +88,7 @@ impl Estimator {
             }
             Estimator::Consensus { tolerance, trials, seed } => {
                 let agreed = Ransac { tolerance, trials, seed }.inliers(matches, level)?;
-                let (pairs, fitted) = (mean::mean(&agreed, rule, level)?.pairs, Strained::fitted(&agreed)?);
+                let (pairs, fitted) = (median::pairs(&agreed, rule, level, threads)?, Strained::fitted(&agreed)?);
                 Estimate { scale: fitted.scale(), spread: fitted.spread, pairs, support: agreed.len() }
             }
         })

@@ -65,6 +65,11 @@ impl<T: Real> Matches<T> {
         Self::of(those.iter().map(|i| self.rows[*i]).collect())
     }
 
+    /// The same matches in float64.
+    pub(super) fn widened(&self) -> Matches<f64> {
+        Matches::of(self.rows.iter().map(|row| row.map(T::to_f64)).collect())
+    }
+
     fn of(rows: Vec<[T; 4]>) -> Self {
         let block = |rows: &[[T; 4]]| {
             let mut block = [[T::NAN; LANES]; 4];
@@ -92,6 +97,12 @@ impl<T: Real> Matches<T> {
         self.rows.is_empty()
     }
 
+    /// The x and y before and the x and y now of match `i`.
+    #[inline(always)]
+    pub(super) fn row(&self, i: usize) -> [T; 4] {
+        self.rows[i]
+    }
+
     /// The positions of match `i` before and now.
     #[inline(always)]
     pub(super) fn get(&self, i: usize) -> ([f64; 2], [f64; 2]) {
@@ -107,13 +118,9 @@ fn is_position<T: Real>(value: T) -> bool {
 /// Tiles are worth it from this many matches on. With fewer, patches are too large for any to be left out.
 const WORTH_IT: usize = 24 * LANES;
 
-/// Matches in two orders.
+/// Matches in an order in which neighbours in memory are neighbours in the later picture: blocks are patches of it.
 pub(super) struct Tiles<T> {
-    /// An order in which neighbours in memory are far apart in the picture. Detectors deliver matches from top to
-    /// bottom, and a sample by place in memory has to be one by place in the picture.
-    pub mixed: Matches<T>,
-    /// An order in which neighbours are neighbours: blocks are patches of the later picture.
-    pub tiled: Matches<T>,
+    pub matches: Matches<T>,
     /// The bounds of the blocks, a lane for each.
     pub places: Vec<Places<T>>,
 }
@@ -127,8 +134,8 @@ impl<T: Real> Tiles<T> {
         if matches.len() < WORTH_IT {
             return None;
         }
-        let (mixed, tiled) = (matches.select(&mixed(matches.len())), matches.select(&by_cells(matches)));
-        let bounds = tiled.blocks().iter().map(|[_, _, x, y]| (bounds(x), bounds(y)));
+        let matches = matches.select(&by_cells(matches));
+        let bounds = matches.blocks().iter().map(|[_, _, x, y]| (bounds(x), bounds(y)));
         let bounds: Vec<_> = bounds.collect();
         let places = bounds.chunks(LANES).map(|bounds| {
             let mut places = [[T::NAN; LANES]; 4];
@@ -139,7 +146,7 @@ impl<T: Real> Tiles<T> {
             }
             Places(places)
         });
-        Some(Tiles { mixed, places: places.collect(), tiled })
+        Some(Tiles { places: places.collect(), matches })
     }
 }
 
@@ -181,24 +188,6 @@ fn bounds<T: Real>(x: &Lanes<T>) -> (T, T) {
         high = if *x > high { *x } else { high };
     }
     (low, high)
-}
-
-/// The numbers below `count`, neighbours far apart.
-fn mixed(count: usize) -> Vec<usize> {
-    // Steps by the golden ratio fill any range evenly. A step that divides the count would come back too soon.
-    let mut step = count * 618 / 1000;
-    while !is_coprime(step, count) {
-        step += 1;
-    }
-    let following = |at: &usize| Some(if at + step < count { at + step } else { at + step - count });
-    std::iter::successors(Some(0), following).take(count).collect()
-}
-
-fn is_coprime(mut a: usize, mut b: usize) -> bool {
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    a == 1
 }
 
 /// The numbers of the matches, sorted by the cells of a grid over the later picture, row by row, there and back. A cell

@@ -1,70 +1,79 @@
-//! Means of the pairs' ratios: the mean of all, and the mean without the lowest and the highest.
+//! The mean of the pairs' ratios without the lowest and the highest.
+//!
+//! It is that of all pairs, or of a sample of them where there are many more pairs than matches. Each of the sample's
+//! pairs has errors of two matches, and a match is in so many of the pairs that its error is as small as it would be in
+//! all: the standard error of the mean is larger by less than a hundredth.
 
-use super::matches::{Block, Matches};
-use super::pairs::{Pairs, Part, Ratio, Rule, Visitor, in_order, quotients};
-use crate::lanes::{LANES, Lanes};
+use super::matches::Matches;
+use super::pairs::{Bracket, Ratio, Rule};
+use super::shifts::{Shifts, group, nth};
+use crate::lanes::LANES;
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 
-/// The mean of all ratios; `None` if no pair counts.
-pub(super) fn mean<T: Real>(matches: &Matches<T>, rule: Rule, level: Level) -> Option<Ratio> {
-    let (sum, pairs) = level.run(Sum { matches, rule });
-    (pairs > 0).then(|| Ratio { ratio: sum / pairs as f64, pairs })
-}
+/// A mean of this many pairs is that of all pairs.
+const LEAST_PAIRS: usize = 1 << 16;
+/// A sample has at least this many pairs for each match, each of which is in twice as many.
+const LEAST_SHIFTS: usize = 64;
 
 /// The mean without a share of the lowest ratios and the same share of the highest; `None` if no pair counts.
 ///
 /// The number of pairs in the result is that of the ratios that are left.
-pub(super) fn trimmed<T: Real>(matches: &Matches<T>, rule: Rule, share: f64) -> Option<Ratio> {
-    let pairs = (0..matches.len()).flat_map(|i| (i + 1..matches.len()).map(move |j| rule.quotient(matches, i, j)));
-    let mut quotients: Vec<f64> = pairs.filter(|(_, counts)| *counts).map(|(quotient, _)| quotient).collect();
+pub(super) fn trimmed<T: Real>(matches: &Matches<T>, rule: Rule, share: f64, level: Level) -> Option<Ratio> {
+    let quotients = sample(matches, rule, level);
     let count = quotients.len();
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "share is in [0, 0.5)")]
     let cut = (share * count as f64) as usize;
-    let left = count.checked_sub(2 * cut).filter(|left| *left > 0)?;
-    if cut > 0 {
-        quotients.select_nth_unstable_by_key(cut, in_order);
-        quotients[cut..].select_nth_unstable_by_key(left - 1, in_order);
+    let pairs = count.checked_sub(2 * cut).filter(|left| *left > 0)?;
+    let (low, high) = (nth(&quotients, cut, level), nth(&quotients, count - 1 - cut, level));
+    if low == high {
+        return Some(Ratio { ratio: low.sqrt(), pairs });
     }
-    let sum: f64 = quotients[cut..cut + left].iter().map(|quotient| quotient.sqrt()).sum();
-    Some(Ratio { ratio: sum / left as f64, pairs: left })
+    let between = level.run(Between { quotients: &quotients, ends: Bracket { low, high } });
+    // Of the ratios equal to an end, some are cut off.
+    let [at_low, at_high] = [between.above_low, between.below_high].map(|others| (count - others - cut) as f64);
+    let sum = between.roots + at_low * low.sqrt() + at_high * high.sqrt();
+    Some(Ratio { ratio: sum / pairs as f64, pairs })
 }
 
-/// Adds up the ratios of the pairs that count, lane by lane, so that the sum does not depend on the level.
-struct Sum<'m, T> {
-    matches: &'m Matches<T>,
-    rule: Rule,
+/// The quotients of all pairs, or of a sample of them.
+fn sample<T: Real>(matches: &Matches<T>, rule: Rule, level: Level) -> Vec<f64> {
+    let shifts = (LEAST_PAIRS / matches.len().max(1)).max(LEAST_SHIFTS);
+    Shifts::new(matches, rule, level).quotients(shifts)
 }
 
-impl<T: Real> Kernel for Sum<'_, T> {
-    type Output = (f64, usize);
+/// Adds up the roots of the quotients strictly between two ends, lane by lane, so that the sum does not depend on the
+/// level.
+struct Between<'a> {
+    quotients: &'a [f64],
+    ends: Bracket,
+}
+
+/// The sum of roots, and the numbers of quotients strictly on one side of each end.
+struct Sides {
+    roots: f64,
+    above_low: usize,
+    below_high: usize,
+}
+
+impl Kernel for Between<'_> {
+    type Output = Sides;
 
     #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) -> (f64, usize) {
-        let Sum { matches, rule } = self;
-        let part = Part { double_strips: 0..Part::double_strips(matches.len()), every: 1 };
-        let mut ratios = Ratios { rule, sums: [0.0; LANES], counts: [0.0; LANES] };
-        Pairs { matches, places: &[], least: T::ZERO, part }.each(simd, &mut ratios);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count, exact below 2^53")]
-        (ratios.sums.iter().sum(), ratios.counts.iter().sum::<f64>() as usize)
-    }
-}
-
-/// The sums of ratios and the counts of pairs of each lane.
-struct Ratios {
-    rule: Rule,
-    sums: Lanes<f64>,
-    counts: Lanes<f64>,
-}
-
-impl<T: Real> Visitor<T> for Ratios {
-    #[inline(always)]
-    fn visit<I: Instructions>(&mut self, _: I, _: usize, from: [T; 4], _: usize, block: &Block<T>) {
-        let quotients = quotients(block, from, self.rule);
-        for lane in 0..LANES {
-            let counts = quotients[lane] >= 0.0;
-            self.sums[lane] += if counts { quotients[lane].sqrt() } else { 0.0 };
-            self.counts[lane] += if counts { 1.0 } else { 0.0 };
+    fn run<I: Instructions>(self, _: I) -> Sides {
+        let Between { quotients, ends: Bracket { low, high } } = self;
+        let [mut roots, mut above_low, mut below_high] = [[0.0; LANES]; 3];
+        for at in (0..quotients.len()).step_by(LANES) {
+            let x = group(quotients, at);
+            for lane in 0..LANES {
+                let (is_above, is_below) = (x[lane] > low, x[lane] < high);
+                roots[lane] += if is_above & is_below { x[lane].sqrt() } else { 0.0 };
+                above_low[lane] += if is_above { 1.0 } else { 0.0 };
+                below_high[lane] += if is_below { 1.0 } else { 0.0 };
+            }
         }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count, exact below 2^53")]
+        let [above_low, below_high] = [above_low, below_high].map(|counts| counts.iter().sum::<f64>() as usize);
+        Sides { roots: roots.iter().sum(), above_low, below_high }
     }
 }

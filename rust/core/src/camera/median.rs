@@ -1,133 +1,131 @@
 //! The exact median of all pairs' ratios.
 //!
-//! A sample of the pairs says about where the median is, and a larger one says it more exactly. Then a pass over all
-//! pairs proves it: it counts the ratios below a narrow bracket and above it, and decides the few inside one by one in
-//! float64. Where many ratios are equal, too many are inside, and [`ties`] counts those.
+//! A sample of the pairs says about where the median is. Then a pass over all pairs proves it: it counts the ratios
+//! below a narrow bracket and above it, in the type of the positions, and the few inside are decided one by one in
+//! float64. Where ratios differ by little more than that type can tell, too many would be inside, and the pass counts in
+//! float64. Where many are equal even so, [`ties`] counts those.
 
-use super::matches::{Block, Matches, Places, Tiles};
+use super::matches::{Block, Matches, Tiles};
 use super::pairs::{
-    AllPairs, Borderline, Bracket, Middle, Pairs, Part, Ratio, Rule, SAME_SPOT, Visitor, in_order, squared_lanes,
+    AllPairs, Borderline, Bracket, Middle, Pairs, Ratio, Rule, TRUSTED, Visitor, in_order, squared_lanes,
 };
+use super::shifts::{Shifts, bracket, nth, share_inside};
 use super::ties;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
-use crate::threads::pieces;
-use std::ops::RangeInclusive;
 
-/// The last sample takes one group of pairs in this many.
-const LAST: RangeInclusive<usize> = 4..=24;
-/// The last sample has at least this many groups, if there are as many.
-const LAST_GROUPS: usize = 128;
-/// Each sample is this many times as large as the one before it.
-const GROWTH: usize = 16;
-/// The first sample has at least this many groups.
-const FIRST_GROUPS: usize = 16;
+/// Of fewer matches every pair is in the sample.
+const FEW: usize = 64;
+/// The sample has this times the cube root of the number of matches as pairs for each match: more make the bracket
+/// narrower, and cost more than is left inside.
+const SHIFTS: f64 = 2.5;
 /// The half width of a bracket in standard deviations of a sample's median, and that of the second attempt.
 const DEVIATIONS: [f64; 2] = [3.0, 12.0];
-/// The factor on the width for the first samples, whose few matches make pairs that are not independent.
-const FIRST_DEVIATIONS: f64 = 2.0;
-/// The groups of pairs that may be borderline, beside an eighth of all.
+/// The share of all ratios that may be inside a bracket beside those that its width lets in.
+const CROWD: f64 = 0.125;
+/// The groups of pairs that may be borderline, beside those that are expected.
 const LEAST_ROOM: usize = 4096;
-/// The fewest double strips of matches that are worth a thread of their own.
-const LEAST_PIECE: usize = 128;
 
 /// The median of all pairs' ratios; `None` if no pair counts.
 pub(super) fn median<T: Real>(matches: &Matches<T>, rule: Rule, level: Level, threads: usize) -> Option<Ratio> {
-    let tiles = Tiles::new(matches);
-    let pairs = match &tiles {
-        Some(Tiles { mixed, tiled, places }) => {
-            AllPairs { sampled: mixed, matches: tiled, places, rule, level, threads }
-        }
-        None => AllPairs { sampled: matches, matches, places: &[], rule, level, threads },
-    };
-    for deviations in DEVIATIONS {
-        match pairs.proven_median(pairs.bracket(deviations)) {
-            Ok(median) => return median,
-            Err(Failure::Many) => break,
-            Err(Failure::Outside) => {}
-        }
+    let shifts = Shifts::new(matches, rule, level);
+    if matches.len() < FEW {
+        return median_of(&shifts.quotients(shifts.all()), level);
     }
-    ties::median(&pairs)
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number above 0")]
+    let sample = shifts.quotients((SHIFTS * (matches.len() as f64).cbrt()) as usize);
+    let median = by_counting(matches, &sample, rule, level, threads);
+    let median = median.or_else(|_| by_counting(&matches.widened(), &sample, rule, level, threads));
+    median.unwrap_or_else(|_| {
+        let matches = matches.widened();
+        let tiles = Tiles::new(&matches);
+        ties::median(&AllPairs::of(&matches, tiles.as_ref(), rule, level, threads), &sample)
+    })
 }
 
-/// The reason that a bracket did not lead to the median.
-enum Failure {
-    /// Too many ratios are inside.
-    Many,
-    /// The median is not inside.
-    Outside,
+/// The number of pairs that count; `None` if there are none.
+pub(super) fn pairs<T: Real>(matches: &Matches<T>, rule: Rule, level: Level, threads: usize) -> Option<usize> {
+    /// No quotient is this large if what was apart before is apart by more than underflow can hide.
+    const ABOVE_ALL: f64 = 1e20;
+    let tiles = Tiles::new(matches);
+    let all = AllPairs::of(matches, tiles.as_ref(), rule, level, threads);
+    let bracket = Bracket { low: ABOVE_ALL, high: f64::INFINITY };
+    let counted = all.each_part(|pairs| {
+        let counted = level.run(Count { pairs, rule, bracket, room: usize::MAX });
+        counted.below + counted.borderline.quotients(all.matches, rule).len()
+    });
+    Some(counted.into_iter().sum()).filter(|pairs| *pairs > 0)
+}
+
+/// The median of the ratios of some quotients.
+fn median_of(quotients: &[f64], level: Level) -> Option<Ratio> {
+    let pairs = Some(quotients.len()).filter(|pairs| *pairs > 0)?;
+    let Middle { low, high } = Middle::of(pairs);
+    let low_value = nth(quotients, low, level);
+    let high_value = if low == high { low_value } else { nth(quotients, high, level) };
+    Some(Ratio::between(low_value, high_value, pairs))
+}
+
+/// The reason that a bracket did not lead to the median: too many ratios are inside, or the median is not.
+struct Failure;
+
+/// The median, proven by a pass in the type of the positions.
+fn by_counting<T: Real>(
+    matches: &Matches<T>,
+    sample: &[f64],
+    rule: Rule,
+    level: Level,
+    threads: usize,
+) -> Result<Option<Ratio>, Failure> {
+    let mut tiles = None;
+    for deviations in DEVIATIONS {
+        let bracket = bracket(sample, 0.5, deviations, level);
+        let inside = share_inside(sample, bracket.widened(T::SLACK.to_f64()));
+        let expected = deviations / (sample.len() as f64).sqrt();
+        // NaN of an empty sample.
+        if !(inside <= expected + CROWD) {
+            return Err(Failure);
+        }
+        let tiles = tiles.get_or_insert_with(|| Tiles::new(matches)).as_ref();
+        let pairs = AllPairs::of(matches, tiles, rule, level, threads);
+        if let Some(median) = pairs.proven_median(bracket, inside) {
+            return Ok(median);
+        }
+    }
+    Err(Failure)
 }
 
 impl<T: Real> AllPairs<'_, T> {
-    /// The bracket that should hold the median, by samples of the pairs.
-    fn bracket(&self, deviations: f64) -> Bracket {
-        let groups = self.groups();
-        let last = (groups / LAST_GROUPS).clamp(*LAST.start(), *LAST.end());
-        let samples = std::iter::successors(Some(last), |every| Some(every * GROWTH));
-        let samples: Vec<usize> = samples.take_while(|every| groups / every >= FIRST_GROUPS).collect();
-        samples.into_iter().rev().fold(Bracket::ALL, |bracket, every| {
-            let wider = if every == last { 1.0 } else { FIRST_DEVIATIONS };
-            self.by_sample(bracket, every, wider * deviations)
-        })
-    }
-
-    /// About the number of groups of pairs.
-    fn groups(&self) -> usize {
-        self.matches.len() * self.matches.len() / (2 * LANES)
-    }
-
-    /// A narrower bracket, by a sample of one group of pairs in `every`.
-    fn by_sample(&self, bracket: Bracket, every: usize, deviations: f64) -> Bracket {
-        let double_strips = 0..Part::double_strips(self.matches.len());
-        let part = Part { double_strips, every };
-        let (matches, rule) = (self.sampled, self.rule);
-        let counted = self.level.run(Count { matches, places: &[], rule, bracket, part, room: usize::MAX });
-        let mut inside = counted.borderline.quotients(matches, rule);
-        bracket.narrowed(&mut inside, counted.below, counted.above, deviations)
-    }
-
-    /// The median, if it is inside the bracket and not too many other ratios are; `None` if no pair counts.
-    fn proven_median(&self, bracket: Bracket) -> Result<Option<Ratio>, Failure> {
-        let n = self.matches.len();
-        let room = LEAST_ROOM + self.groups() / 8;
-        let counted = pieces(self.threads, Part::double_strips(n), LEAST_PIECE, |double_strips| {
-            let counted = self.count(bracket, Part { double_strips, every: 1 }, room);
+    /// The median, if it is inside the bracket and not too many other ratios are; `None` in it if no pair counts.
+    fn proven_median(&self, bracket: Bracket, share: f64) -> Option<Option<Ratio>> {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of groups")]
+        let expected = (self.groups() as f64 * (1.5 * LANES as f64 * share).min(1.0)) as usize;
+        let counted = self.each_part(|pairs| {
+            let counted = self.level.run(Count { pairs, rule: self.rule, bracket, room: LEAST_ROOM + expected });
             (!counted.overflown).then(|| (counted.borderline.quotients(self.matches, self.rule), counted))
         });
         let (mut inside, mut below, mut pairs) = (Vec::new(), 0, 0);
         for piece in counted {
-            let (decided, counted) = piece.ok_or(Failure::Many)?;
+            let (decided, counted) = piece?;
             below += counted.below;
             pairs += counted.below + counted.above + decided.len();
             if inside.is_empty() { inside = decided } else { inside.extend(decided) }
         }
         if pairs == 0 {
-            return Ok(None);
+            return Some(None);
         }
         let Middle { low, high } = Middle::of(pairs);
-        let place = |rank: usize| rank.checked_sub(below).filter(|place| *place < inside.len()).ok_or(Failure::Outside);
+        let place = |rank: usize| rank.checked_sub(below).filter(|place| *place < inside.len());
         let (low, high) = (place(low)?, place(high)?);
         let (front, high_value, _) = inside.select_nth_unstable_by_key(high, in_order);
         let high_value = *high_value;
         let low_value = if low == high { high_value } else { front.iter().copied().fold(0.0, f64::max) };
         // Pairs that were counted below are below the bracket for certain, but borderline ones may be, too.
-        if !(bracket.holds(low_value) && bracket.holds(high_value)) {
-            return Err(Failure::Outside);
-        }
-        Ok(Some(Ratio::between(low_value, high_value, pairs)))
-    }
-
-    fn count(&self, bracket: Bracket, part: Part, room: usize) -> Counted {
-        let (matches, places, rule) = (self.matches, self.places, self.rule);
-        self.level.run(Count { matches, places, rule, bracket, part, room })
+        let holds = bracket.holds(low_value) && bracket.holds(high_value);
+        holds.then(|| Some(Ratio::between(low_value, high_value, pairs)))
     }
 }
-
-/// Squared distances below this are not trusted, because smaller ones may have lost digits to underflow. It is above
-/// `SAME_SPOT`.
-const TRUSTED: f64 = 1e-30;
-const _: () = assert!(TRUSTED > SAME_SPOT);
 
 /// The result of a counting pass.
 struct Counted {
@@ -147,12 +145,9 @@ struct Counted {
 /// and is trusted only where rounding cannot matter. A pair for which rounding could matter, and every pair inside the
 /// bracket, is noted as borderline, to be decided in float64.
 struct Count<'m, T> {
-    matches: &'m Matches<T>,
-    /// The bounds of the blocks, if they are patches. If there are none, no block is left out.
-    places: &'m [Places<T>],
+    pairs: Pairs<'m, T>,
     rule: Rule,
     bracket: Bracket,
-    part: Part,
     /// The most groups that may be borderline, give or take a row.
     room: usize,
 }
@@ -172,13 +167,13 @@ struct Limits<T> {
 }
 
 impl<T: Real> Limits<T> {
-    fn new(rule: Rule, bracket: Bracket) -> Self {
+    fn new(rule: Rule, bracket: Bracket, possible: T) -> Self {
         let (less, more) = (1.0 - T::SLACK.to_f64(), 1.0 + T::SLACK.to_f64());
         let low = T::not_above(bracket.low * less);
         // Whatever is below the bracket has a trusted distance before, too.
         let certain = (rule.least * more).max(TRUSTED).max(low.to_f64() * TRUSTED * more);
         Limits {
-            possible: if rule.least < TRUSTED { T::ZERO } else { T::not_above(rule.least * less) },
+            possible,
             certain: T::not_below(certain),
             low,
             high: T::not_above(less / bracket.high),
@@ -192,9 +187,9 @@ impl<T: Real> Kernel for Count<'_, T> {
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Counted {
-        let Count { matches, places, rule, bracket, part, room } = self;
-        let limits = Limits::new(rule, bracket);
-        let mut borderline = Borderline::new(&part, matches.len(), room);
+        let Count { pairs, rule, bracket, room } = self;
+        let limits = Limits::new(rule, bracket, pairs.least);
+        let mut borderline = Borderline::new(&pairs, room);
         let mut counting = Counting {
             limits,
             tally: Tally::new(),
@@ -204,7 +199,7 @@ impl<T: Real> Kernel for Count<'_, T> {
             borderline: &mut borderline,
             overflown: false,
         };
-        Pairs { matches, places, least: limits.possible, part }.each(simd, &mut counting);
+        pairs.each(simd, &mut counting);
         counting.flush();
         let Counting { below, above, overflown, .. } = counting;
         Counted { below, above, borderline, overflown }

@@ -11,6 +11,7 @@ mod matches;
 mod mean;
 mod median;
 mod pairs;
+mod shifts;
 mod similarity;
 mod spread;
 mod ties;

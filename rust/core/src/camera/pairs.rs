@@ -4,16 +4,25 @@
 //! everything is done with quotients of squared distances. A pass takes a strip of matches with blocks of others,
 //! sixteen pairs at a time, and hands them to a [`Visitor`].
 
-use super::matches::{Block, MOST, Matches, Places};
-use crate::lanes::{LANES, Lanes, each};
+use super::matches::{Block, MOST, Matches, Places, Tiles};
+use crate::lanes::{LANES, Lanes, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Level};
+use crate::threads::pieces;
 use std::cell::Cell;
 use std::ops::Range;
 
 /// Two previous positions whose squared distance is at most this are the same spot. It is the square of the smallest
 /// step above 1 in float64.
 pub(super) const SAME_SPOT: f64 = f64::EPSILON * f64::EPSILON;
+
+/// Squared distances below this are not trusted, because smaller ones may have lost digits to underflow. It is above
+/// `SAME_SPOT`.
+pub(super) const TRUSTED: f64 = 1e-30;
+const _: () = assert!(TRUSTED > SAME_SPOT);
+
+/// The fewest double strips of matches that are worth a thread of their own.
+const LEAST_PIECE: usize = 128;
 
 /// Which pairs count: those whose matches were apart, and are far enough apart now.
 #[derive(Clone, Copy)]
@@ -51,17 +60,17 @@ pub(super) fn squared_lanes<T: Real>([x, y]: [&Lanes<T>; 2], from: [T; 2]) -> La
     })
 }
 
-/// The quotients of the squared distances of a match from each of a block, now over before; NaN where the pair does not
-/// count.
+/// The quotients of the squared distances of two groups of matches, lane by lane, now over before; NaN where the pair
+/// does not count.
 #[inline(always)]
-pub(super) fn quotients<T: Real>([x0, y0, x1, y1]: &Block<T>, from: [T; 4], rule: Rule) -> Lanes<f64> {
-    let [before, now] = [[from[0], from[1]], [from[2], from[3]]].map(|from| from.map(T::to_f64));
-    let wide = |lanes: &Lanes<T>| each(*lanes, T::to_f64);
-    let before = squared_lanes([&wide(x0), &wide(y0)], before);
-    let now = squared_lanes([&wide(x1), &wide(y1)], now);
-    std::array::from_fn(|lane| {
-        let counts = (before[lane] > SAME_SPOT) & (now[lane] >= rule.least);
-        if counts { now[lane] / before[lane] } else { f64::NAN }
+pub(super) fn quotients(a: [&Lanes<f64>; 4], b: [&Lanes<f64>; 4], rule: Rule) -> Lanes<f64> {
+    lanes(|lane| {
+        let [before, now] = [0, 2].map(|column| {
+            let [x, y] = [b[column][lane] - a[column][lane], b[column + 1][lane] - a[column + 1][lane]];
+            x * x + y * y
+        });
+        let counts = (before > SAME_SPOT) & (now >= rule.least);
+        if counts { now / before } else { f64::NAN }
     })
 }
 
@@ -112,27 +121,32 @@ impl Bracket {
     /// The bracket that holds any quotient.
     pub(super) const ALL: Bracket = Bracket { low: 0.0, high: f64::INFINITY };
 
-    /// The bracket around the median of all values, by a sample. The sample has `below` values below this bracket,
-    /// `above` values above it, and the values `inside` it.
+    /// The bracket around the value that a share of all values is below, by a sample of `count` values. The sample has
+    /// `below` values below this bracket, and the values `inside` it.
     ///
-    /// The new bracket is as wide as `deviations` standard deviations of the rank of a sample's median. An end that the
+    /// The new bracket reaches `deviations` standard deviations of the rank in the sample to each side. An end that the
     /// sample says nothing about stays as it is.
-    pub(super) fn narrowed(self, inside: &mut [f64], below: usize, above: usize, deviations: f64) -> Self {
-        let count = below + inside.len() + above;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number above 0")]
-        let margin = (deviations * 0.5 * (count as f64).sqrt()).ceil() as usize;
-        let low = (count / 2).checked_sub(margin + below);
-        let high = (count / 2 + margin).checked_sub(below).filter(|high| *high < inside.len());
+    pub(super) fn narrowed(self, inside: &mut [f64], below: usize, count: usize, share: f64, deviations: f64) -> Self {
+        let rank = share * count as f64;
+        let margin = deviations * (rank * (1.0 - share)).sqrt() + 1.0;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is at least 0")]
+        let place = |rank: f64| (rank >= 0.0).then_some(rank as usize)?.checked_sub(below);
+        let high = place((rank + margin).ceil()).filter(|high| *high < inside.len());
         let mut narrow = self;
         if let Some(high) = high {
             narrow.high = *inside.select_nth_unstable_by_key(high, in_order).1;
         }
-        if let Some(low) = low.filter(|low| *low < inside.len()) {
+        if let Some(low) = place((rank - margin).floor()).filter(|low| *low < inside.len()) {
             // The values up to `high` are in front now.
             let front = high.map_or(inside.len(), |high| high + 1);
             narrow.low = *inside[..front.max(low + 1)].select_nth_unstable_by_key(low, in_order).1;
         }
         narrow
+    }
+
+    /// The bracket with both ends farther out by a share of them.
+    pub(super) fn widened(self, share: f64) -> Self {
+        Bracket { low: self.low * (1.0 - share), high: self.high * (1.0 + share) }
     }
 
     /// Whether a value is inside the bracket.
@@ -141,16 +155,42 @@ impl Bracket {
     }
 }
 
-/// All pairs of some matches, and how to go through them.
+/// Matches, where they are and which of their pairs count, and who goes through all of them.
 pub(super) struct AllPairs<'m, T> {
-    /// The matches in an order that samples may be taken from.
-    pub sampled: &'m Matches<T>,
-    /// The matches in an order that lets blocks be left out, if there are `places`.
     pub matches: &'m Matches<T>,
     pub places: &'m [Places<T>],
     pub rule: Rule,
     pub level: Level,
     pub threads: usize,
+}
+
+impl<'m, T: Real> AllPairs<'m, T> {
+    /// All pairs of matches, which lie in tiles if there are enough of them.
+    pub(super) fn of(
+        matches: &'m Matches<T>,
+        tiles: Option<&'m Tiles<T>>,
+        rule: Rule,
+        level: Level,
+        threads: usize,
+    ) -> Self {
+        match tiles {
+            Some(Tiles { matches, places }) => AllPairs { matches, places, rule, level, threads },
+            None => AllPairs { matches, places: &[], rule, level, threads },
+        }
+    }
+
+    /// About the number of groups of pairs.
+    pub(super) fn groups(&self) -> usize {
+        self.matches.len() * self.matches.len() / (2 * LANES)
+    }
+
+    /// The results of `pass` for parts of all pairs, one for each piece of work for a thread.
+    pub(super) fn each_part<R: Send>(&self, pass: impl Fn(Pairs<'m, T>) -> R + Sync) -> Vec<R> {
+        pieces(self.threads, double_strips(self.matches.len()), LEAST_PIECE, |double_strips| {
+            let least = if self.rule.least < TRUSTED { 0.0 } else { self.rule.least * (1.0 - T::SLACK.to_f64()) };
+            pass(Pairs { matches: self.matches, places: self.places, least: T::not_above(least), double_strips })
+        })
+    }
 }
 
 /// Visits pairs.
@@ -165,37 +205,36 @@ pub(super) trait Visitor<T> {
     }
 }
 
-/// Matches, and which of their pairs to visit.
+/// Matches, and which of their pairs `i < j` to visit.
 pub(super) struct Pairs<'m, T> {
     pub matches: &'m Matches<T>,
     /// The bounds of the blocks, if they are patches of the picture. If there are none, no block is left out.
     pub places: &'m [Places<T>],
     /// Pairs whose squared distance now is less than this need not be visited.
     pub least: T,
-    pub part: Part,
+    pub double_strips: Range<usize>,
 }
 
 impl<T: Real> Pairs<'_, T> {
     /// Visits each pair.
     #[inline(always)]
     pub(super) fn each<I: Instructions>(&self, simd: I, visitor: &mut impl Visitor<T>) {
-        let Pairs { matches, places, least, part } = self;
-        for number in part.strips() {
-            let Some(strip) = part.strip(matches, number) else { continue };
+        let Pairs { matches, places, least, double_strips } = self;
+        for half in 2 * double_strips.start..2 * double_strips.end {
+            let Some(strip) = Strip::of(matches, half) else { continue };
             for (i, from) in strip.rows {
-                if let Some((j, block)) = strip.own(i) {
-                    visitor.visit(simd, i, from, j, &block);
-                }
+                let (j, block) = strip.own(i);
+                visitor.visit(simd, i, from, j, &block);
             }
             if places.is_empty() {
-                for (j, block) in strip.rest() {
+                for (at, block) in matches.blocks().iter().enumerate().skip(strip.behind) {
                     for (i, from) in strip.rows {
-                        visitor.visit(simd, i, from, j, block);
+                        visitor.visit(simd, i, from, at * LANES, block);
                     }
                 }
             } else {
-                for (at, places) in places.iter().enumerate().skip(strip.first / LANES) {
-                    let mut near = places.in_reach(simd, &strip.rows, *least) & strip.behind(at * LANES);
+                for (at, places) in places.iter().enumerate().skip(strip.behind / LANES) {
+                    let mut near = places.in_reach(simd, &strip.rows, *least) & strip.is_behind(at * LANES);
                     while near != 0 {
                         let at = at * LANES + near.trailing_zeros() as usize;
                         near &= near - 1;
@@ -210,58 +249,32 @@ impl<T: Real> Pairs<'_, T> {
             }
         }
     }
+
+    /// The most groups of pairs among these, and in one strip.
+    fn most_groups(&self) -> (usize, usize) {
+        let of_strip = ROWS * (self.matches.blocks().len() + 1);
+        (self.double_strips.len() * 2 * of_strip, of_strip)
+    }
 }
 
-/// Some of the pairs `i < j`: those of a range of double strips, or an even sample of those.
+/// A strip of matches and the blocks of matches from their own on.
 ///
-/// A strip is [`ROWS`] matches with the blocks of matches from their own on. Strips get shorter, so a double strip is
-/// one from each end, and all double strips are of about one length.
-#[derive(Clone)]
-pub(super) struct Part {
-    pub double_strips: Range<usize>,
-    /// The sample takes one block in this many.
-    pub every: usize,
+/// Strips get shorter, so a double strip is one from each end, and all double strips are of about one length.
+struct Strip<'m, T> {
+    /// The matches and their numbers; NaN behind the last of all.
+    rows: [(usize, [T; 4]); ROWS],
+    own: &'m Block<T>,
+    /// The number of the first block behind its own.
+    behind: usize,
 }
 
 /// The matches that are compared with a block while it is in the cache. They belong to one block themselves.
 const ROWS: usize = 2;
 const _: () = assert!(LANES.is_multiple_of(ROWS));
 
-/// Some matches in a row, and the blocks of matches behind them.
-struct Strip<'m, T> {
-    /// The matches and their numbers; NaN behind the last of all.
-    rows: [(usize, [T; 4]); ROWS],
-    own: Option<&'m Block<T>>,
-    rest: &'m [Block<T>],
-    first: usize,
-    every: usize,
-}
-
-impl Part {
-    /// The number of double strips of `matches` matches.
-    pub(super) fn double_strips(matches: usize) -> usize {
-        matches.div_ceil(2 * ROWS)
-    }
-
-    /// The most groups of pairs in this part, and in one of its strips.
-    pub(super) fn most_groups(&self, matches: usize) -> (usize, usize) {
-        let of_strip = ROWS * (matches.div_ceil(LANES).div_ceil(self.every) + 1);
-        (self.double_strips.len() * 2 * of_strip, of_strip)
-    }
-
-    /// The numbers of its strips.
-    #[inline(always)]
-    fn strips(&self) -> Range<usize> {
-        2 * self.double_strips.start..2 * self.double_strips.end
-    }
-
-    /// Strip `number`; `None` for the second time of a strip that both ends share.
-    #[inline(always)]
-    fn strip<'m, T: Real>(&self, matches: &'m Matches<T>, number: usize) -> Option<Strip<'m, T>> {
-        let (near, far) = (number / 2, matches.len().div_ceil(ROWS) - 1 - number / 2);
-        let strip = if number.is_multiple_of(2) { near } else { far };
-        (number.is_multiple_of(2) || near != far).then(|| Strip::new(matches, strip, self.every))
-    }
+/// The number of double strips of some matches.
+fn double_strips(matches: usize) -> usize {
+    matches.div_ceil(2 * ROWS)
 }
 
 impl<'m, T: Real> Strip<'m, T> {
@@ -276,39 +289,35 @@ impl<'m, T: Real> Strip<'m, T> {
         blanks
     };
 
-    /// A strip of one block in `every`. Each strip begins at another block, so that a sample holds some of all.
+    /// Half number `half` of the double strips; `None` for the second time of a strip that both ends share.
     #[inline(always)]
-    fn new(matches: &'m Matches<T>, strip: usize, every: usize) -> Self {
-        let (i, skipped) = (strip * ROWS, strip % every);
-        let own = i / LANES;
-        let block = &matches.blocks()[own];
-        let rows = std::array::from_fn(|row| (i + row, block.map(|column| column[i % LANES + row])));
-        let first = own + if skipped == 0 { every } else { skipped };
-        let rest = matches.blocks().get(first..).unwrap_or_default();
-        Strip { rows, own: (skipped == 0).then_some(block), rest, first, every }
+    fn of(matches: &'m Matches<T>, half: usize) -> Option<Self> {
+        let (near, far) = (half / 2, matches.len().div_ceil(ROWS) - 1 - half / 2);
+        let is_near = half.is_multiple_of(2);
+        (is_near || near != far).then(|| Strip::new(matches, if is_near { near } else { far }))
+    }
+
+    #[inline(always)]
+    fn new(matches: &'m Matches<T>, strip: usize) -> Self {
+        let i = strip * ROWS;
+        let own = &matches.blocks()[i / LANES];
+        let rows = std::array::from_fn(|row| (i + row, own.map(|column| column[i % LANES + row])));
+        Strip { rows, own, behind: i / LANES + 1 }
     }
 
     /// The block of match `i` itself with NaN up to that match, and the number of its first match.
     #[inline(always)]
-    fn own(&self, i: usize) -> Option<(usize, Block<T>)> {
-        self.own.map(|[x0, y0, x1, y1]| {
-            let blanks: Lanes<T> = std::array::from_fn(|lane| Self::BLANKS[LANES - 1 - i % LANES + lane]);
-            let blanked = |x: &Lanes<T>| std::array::from_fn(|lane| x[lane] + blanks[lane]);
-            (i - i % LANES, [blanked(x0), *y0, blanked(x1), *y1])
-        })
+    fn own(&self, i: usize) -> (usize, Block<T>) {
+        let [x0, y0, x1, y1] = self.own;
+        let blanks: Lanes<T> = std::array::from_fn(|lane| Self::BLANKS[LANES - 1 - i % LANES + lane]);
+        let blanked = |x: &Lanes<T>| std::array::from_fn(|lane| x[lane] + blanks[lane]);
+        (i - i % LANES, [blanked(x0), *y0, blanked(x1), *y1])
     }
 
     /// A bit for each of sixteen blocks, from `block` on, that lies behind this strip's own.
     #[inline(always)]
-    fn behind(&self, block: usize) -> u16 {
-        u16::MAX.checked_shl(u32::try_from(self.first.saturating_sub(block)).unwrap_or(u32::MAX)).unwrap_or(0)
-    }
-
-    /// Each other block with the number of its first match.
-    #[inline(always)]
-    fn rest(&self) -> impl Iterator<Item = (usize, &'m Block<T>)> + use<'m, T> {
-        let (first, every) = (self.first, self.every);
-        self.rest.iter().step_by(every).enumerate().map(move |(at, block)| ((first + at * every) * LANES, block))
+    fn is_behind(&self, block: usize) -> u16 {
+        u16::MAX.checked_shl(u32::try_from(self.behind.saturating_sub(block)).unwrap_or(u32::MAX)).unwrap_or(0)
     }
 }
 
@@ -341,9 +350,9 @@ impl Drop for Borderline {
 }
 
 impl Borderline {
-    /// Room for all groups of a part, or for `room` of them and those of one strip.
-    pub(super) fn new(part: &Part, matches: usize, room: usize) -> Self {
-        let (all, of_strip) = part.most_groups(matches);
+    /// Room for all groups of some pairs, or for `room` of them and those of one strip.
+    pub(super) fn new<T: Real>(pairs: &Pairs<'_, T>, room: usize) -> Self {
+        let (all, of_strip) = pairs.most_groups();
         let least = all.min(room.saturating_add(of_strip)) + 1;
         let mut words = KEPT.take();
         if words.len() < least {

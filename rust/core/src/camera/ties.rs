@@ -4,27 +4,21 @@
 //! the ends of a bracket are values of a sample here, every quotient is computed in float64, and those equal to an end
 //! are counted, not kept. Such a pass takes several times as long as one that only counts, and one or two are enough.
 
-use super::matches::{Block, Matches, Places};
-use super::pairs::{AllPairs, Borderline, Bracket, Middle, Pairs, Part, Ratio, Rule, Visitor, in_order, quotients};
+use super::matches::Block;
+use super::pairs::{AllPairs, Borderline, Bracket, Middle, Pairs, Ratio, Rule, Visitor, in_order, quotients};
 use crate::lanes::{LANES, Lanes, least};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel};
-use crate::threads::pieces;
 
-/// The number of groups of pairs in a sample, about.
-const SAMPLE: usize = 256;
 /// The groups of pairs whose values inside a bracket are kept.
 const ROOM: usize = 1 << 18;
 /// The distance of the ends from where the value should be, in standard deviations of the rank of a sample's median.
 const DEVIATIONS: f64 = 3.0;
-/// The fewest double strips that are worth a thread of their own.
-const LEAST_PIECE: usize = 128;
-
-/// The median of all pairs' ratios; `None` if no pair counts.
-pub(super) fn median<T: Real>(pairs: &AllPairs<'_, T>) -> Option<Ratio> {
+/// The median of all pairs' ratios, from a sample of their quotients; `None` if no pair counts.
+pub(super) fn median(pairs: &AllPairs<'_, f64>, sample: &[f64]) -> Option<Ratio> {
     let mut region = Region::ALL;
     loop {
-        let sides = pairs.split(pairs.ends(region)?);
+        let sides = pairs.split(pairs.ends(region, sample)?);
         let middle = Middle::of(sides.count());
         match sides.value_at(middle.low) {
             Some(low) => {
@@ -52,18 +46,13 @@ impl Region {
     const ALL: Region = Region { open: Bracket { low: -1.0, high: f64::INFINITY }, before: 0, share: 0.5 };
 }
 
-impl<T: Real> AllPairs<'_, T> {
+impl AllPairs<'_, f64> {
     /// Two values of the region between which the one that is looked for should be; `None` if the region has no values.
-    fn ends(&self, region: Region) -> Option<Bracket> {
-        let (matches, rule) = (self.sampled, self.rule);
-        let n = matches.len();
-        let sample_of = |every| {
-            let part = Part { double_strips: 0..Part::double_strips(n), every };
-            self.level.run(Split { matches, places: &[], rule, bracket: region.open, part }).kept
-        };
-        let mut sample = sample_of((n * n / (2 * LANES) / SAMPLE).max(1));
+    fn ends(&self, region: Region, sample: &[f64]) -> Option<Bracket> {
+        let Bracket { low, high } = region.open;
+        let mut sample: Vec<f64> = sample.iter().copied().filter(|value| low < *value && *value < high).collect();
         if sample.is_empty() {
-            sample = sample_of(1);
+            sample = self.split(region.open).kept;
         }
         sample.sort_unstable_by_key(in_order);
         let last = sample.len().checked_sub(1)?;
@@ -76,11 +65,7 @@ impl<T: Real> AllPairs<'_, T> {
 
     /// Counts the values on each side of two values.
     fn split(&self, bracket: Bracket) -> Sides {
-        let sides = pieces(self.threads, Part::double_strips(self.matches.len()), LEAST_PIECE, |double_strips| {
-            let part = Part { double_strips, every: 1 };
-            let (matches, places, rule) = (self.matches, self.places, self.rule);
-            self.level.run(Split { matches, places, rule, bracket, part })
-        });
+        let sides = self.each_part(|pairs| self.level.run(Split { pairs, rule: self.rule, bracket }));
         sides.into_iter().reduce(Sides::with).expect("there is at least one piece")
     }
 }
@@ -151,26 +136,23 @@ impl Sides {
 }
 
 /// Splits the quotients of pairs at two values.
-struct Split<'m, T> {
-    matches: &'m Matches<T>,
-    places: &'m [Places<T>],
+struct Split<'m> {
+    pairs: Pairs<'m, f64>,
     rule: Rule,
     bracket: Bracket,
-    part: Part,
 }
 
-impl<T: Real> Kernel for Split<'_, T> {
+impl Kernel for Split<'_> {
     type Output = Sides;
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Sides {
-        let Split { matches, places, rule, bracket, part } = self;
-        let mut inside = Borderline::new(&part, matches.len(), ROOM);
+        let Split { pairs, rule, bracket } = self;
+        let mut inside = Borderline::new(&pairs, ROOM);
         let mut splitting = Splitting { rule, tally: Tally::new(bracket), inside: &mut inside };
-        let least = T::not_above(rule.least * (1.0 - T::SLACK.to_f64()));
-        Pairs { matches, places, least, part }.each(simd, &mut splitting);
+        pairs.each(simd, &mut splitting);
         let tally = splitting.tally;
-        tally.sides(inside.quotients(matches, rule))
+        tally.sides(inside.quotients(pairs.matches, rule))
     }
 }
 
@@ -180,10 +162,11 @@ struct Splitting<'u> {
     inside: &'u mut Borderline,
 }
 
-impl<T: Real> Visitor<T> for Splitting<'_> {
+impl Visitor<f64> for Splitting<'_> {
     #[inline(always)]
-    fn visit<I: Instructions>(&mut self, simd: I, i: usize, from: [T; 4], j: usize, block: &Block<T>) {
-        let inside = self.tally.add(simd, &quotients(block, from, self.rule));
+    fn visit<I: Instructions>(&mut self, simd: I, i: usize, from: [f64; 4], j: usize, block: &Block<f64>) {
+        let from = from.map(|x| [x; LANES]);
+        let inside = self.tally.add(simd, &quotients(from.each_ref(), block.each_ref(), self.rule));
         self.inside.note(i, j, inside);
     }
 
