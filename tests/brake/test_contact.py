@@ -20,10 +20,11 @@ FRONT_LEFT, REAR_RIGHT = (0.3, 0.14), (0.0, -0.14)
 
 
 class Parked:
-    """A controller that sees the same points again and again."""
+    """A controller that looks all around and sees the same points again and again."""
 
     def __init__(self, *points: tuple[float, float], **settings: Any) -> None:
-        self.controller = BrakeController(path=SweptPath(CAR), **{"hold": 0.0, **settings})
+        settings = {"hold": 0.0, "views": [ScanTTC(-3.14, 0.1, 63, outline=CAR)], **settings}
+        self.controller = BrakeController(path=SweptPath(CAR), **settings)
         self.points = np.array(points)
         self.now = 5.0
 

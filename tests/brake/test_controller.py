@@ -54,6 +54,7 @@ class Drive:
         """One more scan: of a board at ``distance``, or of nothing valid."""
         self.now += PERIOD
         ranges = np.full(BEAMS, np.nan) if distance is None else wall(distance)
+        ranges[0] += self.now * 1e-6  # no scan is the one before to the bit
         motion = None if speed is None else Motion(speed, stamp=self.now)
         return self.controller.update(self.now, ranges=ranges, stamp=self.now, motion=motion, **more)
 
@@ -455,7 +456,7 @@ class TestState:
         ("change", "says"),
         [
             ({"class": "RangeRate"}, "state must be of class BrakeController, got RangeRate"),
-            ({"version": 1}, "state must be of version 2, got 1"),
+            ({"version": 1}, "state must be of version 3, got 1"),
             ({"range_rate": None}, "range_rate"),
         ],
     )

@@ -14,8 +14,9 @@ from hypothesis import HealthCheck, Phase, settings
 from hypothesis.stateful import run_state_machine_as_test
 
 from tests.support.brake_machine import BrakeMachine
-from ttc_fast import BrakeController, Estimate
+from ttc_fast import Estimate
 from ttc_fast.brake.decide import watchdog
+from ttc_fast.brake.evaluate import Evaluator
 from ttc_fast.brake.state import Brake, ControllerState
 from ttc_fast.brake.unseen import FieldsOfView
 
@@ -52,7 +53,7 @@ def trust_a_clock_set_back(monkeypatch: pytest.MonkeyPatch) -> None:
     """The watchdog does not notice that frames are of the future."""
     monkeypatch.setattr(
         "ttc_fast.brake.controller.watchdog",
-        lambda state, chosen, now: watchdog(state, chosen, max(now, state.frame_at)),
+        lambda state, chosen, now: watchdog(state, chosen, max(now, state.scans.newest_at, state.clouds.newest_at)),
     )
 
 
@@ -79,7 +80,7 @@ def believe_every_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def stop_when_standing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A braked vehicle that stands is taken to stay there."""
-    monkeypatch.setattr(BrakeController, "_would_be_clear", lambda *_: (True, False, None))
+    monkeypatch.setattr(Evaluator, "_would_be_clear", lambda *_: (True, False, None))
 
 
 MUTATIONS = [

@@ -23,8 +23,12 @@ def bend(angle: float = 1.5, radius: float = 1.5) -> Any:
     return np.column_stack([radius * np.sin(turned), radius * (1.0 - np.cos(turned))])
 
 
+def scanner() -> ScanTTC:
+    return ScanTTC(ANGLES[0], ANGLES[1] - ANGLES[0], BEAMS, outline=CAR)
+
+
 def controller(**more: Any) -> BrakeController:
-    return BrakeController(scan=ScanTTC(ANGLES[0], ANGLES[1] - ANGLES[0], BEAMS, outline=CAR), trigger=(1, 1), **more)
+    return BrakeController(scan=scanner(), trigger=(1, 1), **more)
 
 
 def frame(controller: BrakeController, at: float, speed: float = 4.0, **more: Any) -> Any:
@@ -215,3 +219,47 @@ class TestTurns:
     def test_racing_takes_the_bend_of_its_length(self) -> None:
         *_, arc = BrakeController.racing(self.SCAN).criteria
         assert arc == PresentArc(sharpest=0.8 / (CAR[1] - CAR[0]))
+
+
+class TestAPathThatIsNotFollowed:
+    """A car drives straight at a wall, and its plan turns away from it in every frame."""
+
+    def gap_of_brake(
+        self, speed: float, made: Any = BrakeController, yaw_rate: float = 0.0, radius: float = 1.5
+    ) -> float:
+        """How far the bumper is from the wall when it begins to brake."""
+        control, wall = made(scan=scanner()), 8.0
+        for at in np.arange(0.0, 9.0, 0.025):
+            ahead = wall - speed * at
+            if ahead < CAR[1]:
+                break
+            ranges = np.full(BEAMS, np.inf)
+            ranges[np.abs(ANGLES) < 0.8] = ahead / np.cos(ANGLES[np.abs(ANGLES) < 0.8])
+            plan = bend(radius=radius)
+            motion = Motion(speed, yaw_rate, stamp=at)
+            if control.update(at, ranges=ranges, stamp=at, motion=motion, path=plan).command is Command.BRAKE:
+                return float(ahead - CAR[1])
+        return 0.0
+
+    @pytest.mark.parametrize("made", [BrakeController, BrakeController.racing])
+    @pytest.mark.parametrize("speed", [1.0, 2.0, 4.0, 6.0])
+    def test_it_brakes_while_it_can_stop(self, made: Any, speed: float) -> None:
+        assert self.gap_of_brake(speed, made) > 0.05 * speed + speed**2 / 12.0
+
+    @pytest.mark.parametrize("yaw_rate", [4.0 / 1.5, 4.0 / 2.0, 4.0 / 1.3])
+    def test_a_car_that_turns_as_planned_is_not_disturbed(self, yaw_rate: float) -> None:
+        control = BrakeController.racing(scanner(), trigger=(1, 1))
+        motion = Motion(4.0, yaw_rate)
+        assert control.update(1.0, ranges=WALL, stamp=1.0, motion=motion, path=bend()).command is Command.NONE
+
+    def test_one_that_is_a_little_late_is_not_either(self) -> None:
+        """At 2 m/s it turns on 2 m instead of 1.5 m."""
+        assert self.gap_of_brake(2.0, yaw_rate=2.0 / 2.0) == self.gap_of_brake(2.0, yaw_rate=2.0 / 1.5)
+
+    def test_points_of_a_cloud(self) -> None:
+        control = BrakeController(path=SweptPath(CAR), trigger=(1, 1))
+        cloud = np.array([[2.0, 0.0], [2.0, 0.1]])
+        for turns, command in ((4.0 / 1.5, Command.NONE), (0.0, Command.BRAKE)):
+            at = 1.0 + (command is Command.BRAKE)
+            motion = Motion(4.0, turns)
+            assert control.update(at, points=cloud, stamp=at, motion=motion, path=bend()).command is command

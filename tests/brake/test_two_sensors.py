@@ -32,7 +32,7 @@ class Both:
     def scan(self, now: float, stamp: float, gap: float) -> Decision:
         """A scan of a wall so far ahead of the bumper, or of free space."""
         angles = np.asarray(self.scanner.angles)
-        wall = np.where(np.abs(angles) < 0.5, (gap + CAR[1]) / np.cos(angles), 30.0)
+        wall = np.where(np.abs(angles) < 0.5, (gap + CAR[1]) / np.cos(angles), 30.0) + stamp * 1e-6
         return self.controller.update(now, ranges=wall, stamp=stamp, motion=Motion(SPEED))
 
     @property
@@ -43,7 +43,8 @@ class Both:
     def cloud(self, now: float, stamp: float, gap: float) -> Decision:
         """A cloud of what is behind, and of a wall so far ahead."""
         wall = np.array([[gap + CAR[1], y] for y in (-0.1, 0.0, 0.1)]) if gap < FREE else BEHIND
-        return self.controller.update(now, points=np.concatenate([BEHIND, wall]), stamp=stamp, motion=Motion(SPEED))
+        points = np.concatenate([BEHIND, wall]) + stamp * 1e-6  # no frame is the one before to the bit
+        return self.controller.update(now, points=points, stamp=stamp, motion=Motion(SPEED))
 
     def gap_of_brake(self, seen_by_scanner: bool) -> float:
         """How far ahead a wall that one of the sensors sees is when the car brakes."""

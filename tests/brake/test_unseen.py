@@ -241,5 +241,18 @@ def test_a_scanner_that_fell_silent_does_not_look() -> None:
 def test_points_alone_are_judged_by_their_views() -> None:
     drive = Drive(path=SweptPath(CAR), views=[ScanTTC(**settings(60.0))])
     assert [drive.cloud(BEHIND, (3.0, 0.0)) for _ in range(3)][-1].command is Command.BRAKE
-    drive = Drive(path=SweptPath(CAR))
+    drive = Drive(path=SweptPath(CAR), views=[ScanTTC(**settings(360.0))])
     assert [drive.cloud(BEHIND, (3.0, 0.0)) for _ in range(3)][-1].command is Command.NONE
+
+
+@pytest.mark.parametrize("motion", [BEHIND, Motion(0.0, 0.0, 1.0), Motion(-0.5, 1.0)])
+def test_points_alone_without_views_are_taken_to_look_ahead_and_where_they_are(motion: Motion) -> None:
+    """A camera at the front has no point behind; a lidar that looks all around has."""
+    drive = Drive(path=SweptPath(CAR))
+    assert [drive.cloud(Motion(2.0), (3.0, 2.0)).reason for _ in range(3)] == [Reason.CLEAR] * 3
+    camera = [drive.cloud(motion, (3.0, 2.0)) for _ in range(3)]
+    assert [each.reason for each in camera] == [Reason.UNSEEN] * 3
+    assert camera[-1].command is Command.BRAKE
+    lidar = Drive(path=SweptPath(CAR))
+    around = [(9.0, 0.0), (-9.0, 0.0), (0.0, 9.0), (0.0, -9.0)]
+    assert [lidar.cloud(motion, *around).reason for _ in range(3)] == [Reason.CLEAR] * 3

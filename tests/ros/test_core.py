@@ -446,9 +446,9 @@ class TestClouds:
         node = make(**{**self.SETTINGS, "scan_topic": "/scan"}, trigger=[2, 2])
 
         def both(scanned: float, seen: float) -> Seen:
-            for _ in range(4):  # scans come four times as often
-                answer = frame(node, scanned)
-            answer = node.points([[seen, 0.0, 0.5]])
+            for i in range(4):  # scans come four times as often
+                answer = frame(node, scanned - 1e-3 * i)
+            answer = node.points([[seen + 1e-3 * (node.now % 1.0), 0.0, 0.5]])
             assert isinstance(answer, Seen)
             return answer
 
@@ -461,7 +461,7 @@ class TestClouds:
         assert both(4.0, 20.0).brake is True
         both(25.0, 20.0)
         both(25.0, 20.0)
-        brakes = [frame(node).brake for _ in range(16)]  # no cloud for 0.4 s
+        brakes = [frame(node, 25.0 - 0.1 * i).brake for i in range(16)]  # no cloud for 0.4 s
         assert brakes[0] is False
         assert brakes[-1] is True
 

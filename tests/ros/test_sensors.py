@@ -273,7 +273,7 @@ def test_a_jump_of_the_pose_changes_nothing(make: Make) -> None:
         node.now += PERIOD
         jump = 5.0 if i >= 30 else 0.0
         node.odometry(1.0, pose=Pose(0.1 * i + jump, 0.0, 0.0))
-        assert node.scan(np.full(BEAMS, 10.0)).brake is False
+        assert node.scan(np.full(BEAMS, 10.0 + 1e-3 * i)).brake is False
     assert "odd" not in said(node)
 
 
@@ -289,7 +289,7 @@ def test_two_topics_of_odometry_are_not_compared_with_each_other(make: Make) -> 
         node.now += PERIOD
         node.odometry(1.0, pose=Pose(0.1 * i, 0.0, 0.0))
         node.odometry(1.0, pose=Pose(0.0, 0.1 * i + 7.0, math.pi / 2), topic="/vesc/odom")
-        assert node.scan(np.full(BEAMS, 10.0)).brake is False
+        assert node.scan(np.full(BEAMS, 10.0 + 1e-3 * i)).brake is False
     assert "twist" not in said(node)
     assert counted(node, "odd: /vesc/odom, odometry") == 60
 
@@ -303,7 +303,7 @@ def test_of_two_topics_of_odometry_the_first_named_holds_while_it_comes(make: Ma
         if i < 20:
             node.odometry(1.0)
         node.odometry(9.0, topic="/vesc/odom")
-        brakes.append(node.scan(np.full(BEAMS, 10.0)).brake)
+        brakes.append(node.scan(np.full(BEAMS, 10.0 + 1e-3 * i)).brake)
     assert brakes[0] is False
     assert not any(brakes[:20])
     assert all(brakes[30:])
@@ -317,7 +317,7 @@ def test_poses_before_and_after_a_gap_say_no_speed(make: Make) -> None:
         node.now += 5.0 if i == 8 else PERIOD
         x += 4.0 * PERIOD
         node.odometry(0.0, pose=Pose(x, 0.0, 0.0))
-        node.scan(np.full(BEAMS, 9.0))
+        node.scan(np.full(BEAMS, 9.0 + 1e-3 * i))
         reasons.append((reason(node), node.diagnostics().values.get("speed", "none")))
     assert all(said.startswith("4.000") for _, said in reasons[1:8] + reasons[9:])
     assert reasons[8][1].startswith("4.000")  # that before the gap, which is too old to be used
@@ -395,7 +395,7 @@ def in_turns(node: Any, frames: int, names: tuple[str, str] = ("front", "rear"))
         node.now += PERIOD / 2
         node.odometry(1.0)
         front = i % 2 == 0
-        ranges = np.full(BEAMS, max(6.0 - 0.05 * i, 0.05) if front else 9.0)
+        ranges = np.full(BEAMS, max(6.0 - 0.05 * i, 0.05) if front else 9.0 + 1e-3 * i)
         brakes.append(node.scan(ranges, frame=names[0] if front else names[1]).brake)
     return brakes
 
@@ -504,7 +504,7 @@ def test_one_stamp_of_odometry_in_the_future_holds_up_none_after_it(make: Make) 
     for i in range(8):
         node.now += PERIOD
         node.odometry(1.0, stamp=node.now + 0.9 * (i == 2))
-        assert node.scan(np.full(BEAMS, 10.0)).brake is False
+        assert node.scan(np.full(BEAMS, 10.0 + 1e-3 * i)).brake is False
     assert counted(node, "odd: /odom, clock") == 1
     assert "odd: /odom, order" not in said(node)
 

@@ -63,6 +63,9 @@ class BrakeMachine(RuleBasedStateMachine):
         self.newest = self.evaluated_at = self.motion_at = -math.inf
         self.motion: Motion | None = None
         self.unseen = False
+        self.count = 0
+        self.same: dict[str, tuple[bytes, float, float, float]] = {}
+        """The newest readings of a sensor, when they came first and last, and how far the vehicle has driven since."""
 
     @initialize(
         kind=st.sampled_from(["scan", "scan", "cloud", "both", "rated", "estimates", "estimates"]),
@@ -97,19 +100,23 @@ class BrakeMachine(RuleBasedStateMachine):
         commanded=st.none() | SPEEDS,
         override=st.sampled_from([False, False, False, True]),
         count=st.sampled_from([1, 1, 3, 6]),
+        freezes=st.sampled_from([False, False, True]),
     )
-    def frames(self, wait: float, late: float, scene: str, as_cloud: bool, count: int, **more: Any) -> None:
-        """Give frames of one scene, one after the other."""
+    def frames(
+        self, wait: float, late: float, scene: str, as_cloud: bool, count: int, freezes: bool, **more: Any
+    ) -> None:
+        """Give frames of one scene, one after the other; those of a sensor that freezes are the same to the bit."""
         for _ in range(count):
             self.now += wait
             stamp = self.now - late
             data: dict[str, Any] = {"stamp": stamp}
+            self.count += not freezes
             if self.kind == "estimates":
                 data = {}
             elif self.kind == "cloud" or (self.kind == "both" and as_cloud):
-                data["points"] = np.array(CLOUD_OF[scene])
+                data["points"] = np.array(CLOUD_OF[scene]) + 1e-7 * self.count
             else:
-                data["ranges"] = scan_of(scene)
+                data["ranges"] = scan_of(scene) + 1e-7 * self.count
             self.update(scene, stamp, data, **more)
 
     @rule(wait=st.sampled_from([0.0, 0.05, 0.2, 0.6, 5.0]), override=st.booleans())
@@ -165,7 +172,7 @@ class BrakeMachine(RuleBasedStateMachine):
         twin = self.twin.update(self.now, **data, **more, **known)
         assert repr(twin) == repr(informed), "the same inputs, and saving at any time, give the same bits"
         assert informed.command >= plain.command, "an estimate brakes less than none"
-        self.learn(scene, stamp, motion, plain, estimate)
+        self.learn(scene, stamp, motion, plain, estimate, data)
         for decision, controller, was_on in zip((plain, informed), (self.plain, self.informed), were_on, strict=True):
             if not override:
                 self.check_darkness(decision)
@@ -179,6 +186,7 @@ class BrakeMachine(RuleBasedStateMachine):
         motion: Motion | None,
         decision: Decision,
         estimate: dict[str, Any] | None,
+        data: dict[str, Any],
     ) -> None:
         """Keep in mind what the controllers were given."""
         if motion is not None and self.motion_at <= self.now:
@@ -194,10 +202,26 @@ class BrakeMachine(RuleBasedStateMachine):
             evaluated = not nothing and (not unknown or estimate["distance"] <= 0.0)
         else:
             evaluated = scene != "blind" and (fresh or (self.kind == "rated" and decision.threats is not None))
-        if evaluated:
+        if self.is_frozen(stamp, data, fresh) and evaluated:
+            assert decision.status is Status.STALE, "it believes a frozen sensor"
+        if evaluated and decision.status is not Status.STALE:
             self.evaluated_at = stamp
             back = fresh and self.motion is not None and self.motion.speed < -0.05
-            self.unseen = back and self.kind in ("scan", "rated")
+            self.unseen = back and self.kind in ("scan", "cloud", "rated")
+
+    def is_frozen(self, stamp: float, data: dict[str, Any], fresh: bool) -> bool:
+        """Return whether a sensor has surely sent the same readings for too long a time and way."""
+        sensor = next((name for name in ("ranges", "points") if name in data), None)
+        if sensor is None:
+            return False
+        readings = data[sensor].tobytes()
+        before, since, last, way = self.same.get(sensor, (b"", 0.0, 0.0, 0.0))
+        if readings != before:
+            since, last, way = stamp, stamp, 0.0
+        if fresh and self.motion is not None and abs(self.motion.speed) > 0.05:
+            way += abs(self.motion.speed) * (stamp - last)
+        self.same[sensor] = readings, since, stamp, way
+        return way > 0.76 and stamp - since > self.timeout + 1e-6
 
     def check_darkness(self, decision: Decision) -> None:
         """Check that it does not go on where it does not see."""

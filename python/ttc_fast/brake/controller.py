@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import copy
-import math
 import threading
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import ScanTTC
@@ -19,79 +18,22 @@ from ttc_fast.brake.criteria import (
 )
 from ttc_fast.brake.decide import decide, watchdog
 from ttc_fast.brake.decision import Command
-from ttc_fast.brake.settings import BETWEEN_BEAMS, BrakeSettings
-from ttc_fast.brake.state import (
-    CLOCK_TOLERANCE,
-    Brake,
-    ControllerState,
-    NOfM,
-    checked_commanded,
-    checked_estimate,
-    checked_motion,
-    is_fresh,
-)
-from ttc_fast.brake.threats import Frame, ThreatAssessment
-from ttc_fast.brake.types import NOTHING, STANDING, Motion
+from ttc_fast.brake.evaluate import BETWEEN_FRAMES, Evaluator
+from ttc_fast.brake.receive import receive
+from ttc_fast.brake.settings import BrakeSettings
+from ttc_fast.brake.state import ControllerState, Voting
+from ttc_fast.brake.threats import ThreatAssessment
+from ttc_fast.brake.types import STANDING
 from ttc_fast.brake.unseen import FieldsOfView
-from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ttc_fast import RangeRate, SweptPath
     from ttc_fast.brake.decision import Decision
-    from ttc_fast.brake.types import Criterion, Estimate, Evaluation, Threats
+    from ttc_fast.brake.types import Criterion, Estimate, Motion
 
-BRAKE = Command.BRAKE  # a name is looked up faster than the member of an enumeration
-NO_DATA, INVALID, WARMING_UP, CONTACT = Status.NO_DATA, Status.INVALID, Status.WARMING_UP, Status.CONTACT
-CLASS, VERSION = "BrakeController", 2
-SMOOTHING = 0.25
-"""The weight of the newest time between two frames in the usual one."""
-
-Newest = tuple["Motion | None", float, "Estimate | None"]
-"""The newest odometry, its stamp, and the newest estimate."""
-
-
-@dataclass(slots=True)
-class Assessed:
-    """What the assessment of a frame came to.
-
-    Attributes
-    ----------
-    status, threats
-        Status and threats as ``Decision`` has them.
-    criterion : Criterion or None
-        The most urgent criterion; None where the frame cannot be evaluated.
-    evaluation : Evaluation
-        The evaluation by that criterion.
-    triggers, clear : bool
-        The votes of the frame on braking and on release.
-    motion : Motion or None
-        The motion that it was evaluated for.
-    without_estimates : Assessed or None
-        What it would have come to without the estimate; None where no estimate has ever come.
-    rests_in_contact : bool
-        Whether something is inside the outline, and neither motion nor command says which way it will go.
-    unseen : bool
-        Whether nothing looks at a part of the path, or of the path that a braked vehicle would go on with.
-    looks : tuple of int or None
-        The edges of the outline that the cloud looks at, as far as that was asked; None for one that it does not.
-    """
-
-    status: Status | None
-    threats: Threats | None = None
-    criterion: Criterion | None = None
-    evaluation: Evaluation = NOTHING
-    triggers: bool = False
-    clear: bool = False
-    motion: Motion | None = None
-    without_estimates: Assessed | None = None
-    rests_in_contact: bool = False
-    unseen: bool = False
-    looks: tuple[int | None, ...] = ()
-
-
-BETWEEN_FRAMES, IGNORED, BLIND, UNKNOWN = Assessed(None), Assessed(INVALID), Assessed(NO_DATA), Assessed(WARMING_UP)
+CLASS, VERSION = "BrakeController", 3
 
 
 class BrakeController:
@@ -145,7 +87,7 @@ class BrakeController:
         at the path: BRAKE or WARN.
     views : sequence of ScanTTC, default ()
         Where the sensors look whose ``points`` come: a scanner, or a range finder with its mount and a few angles.
-        Without them, a cloud beside a scan looks along the path if it has a point there.
+        Without them, a cloud looks along the path if it has a point there, and clouds without a scan look ahead.
 
     Raises
     ------
@@ -156,7 +98,8 @@ class BrakeController:
 
     Notes
     -----
-    An ``estimate`` beside a scan or a cloud may add a brake and never takes one away.
+    An ``estimate`` beside a scan or a cloud may add a brake and never takes one away. One that is too old, or repeated
+    to the bit, adds nothing. A scan or cloud that is repeated to the bit while the vehicle drives is stale.
 
     Examples
     --------
@@ -213,10 +156,13 @@ class BrakeController:
             min_returns=min_returns,
             when_blind=when_blind,
         )
-        self._trigger, self._release = NOfM(trigger), NOfM(release)
-        self._assessment = ThreatAssessment(scan, path, range_rate, horizon)
-        self._first, *self._others = self._assessment.check(criteria if criteria is not None else self._default())
-        self._fields_of_view = FieldsOfView(self._assessment, views, self._settings, self.criteria)
+        assessment = self._assessment = ThreatAssessment(scan, path, range_rate, horizon)
+        criteria = assessment.check(criteria if criteria is not None else self._default(), self._settings.deceleration)
+        self._fields_of_view = FieldsOfView(assessment, views, self._settings)
+        self._evaluator = Evaluator(criteria, assessment, self._fields_of_view, self._settings)
+        self._voting = Voting(self._settings)
+        self._brakes_when_blind = self._settings.when_blind == Command.BRAKE
+        self._others: tuple[BrakeController, ...] = ()
         self._state = ControllerState()
         self._lock = threading.RLock()
 
@@ -346,7 +292,8 @@ class BrakeController:
             Where the vehicle will go, with this frame: points in its present frame, m, as ``SweptPath.min`` takes them,
             or a function that returns such points for ways along the path, an array of shape (N,) in m. The frame is
             assessed along it instead of the present arc, at the speed of ``motion``. Where it leads the other way than
-            the vehicle moves, and where there is no odometry, it does not count. It needs an outline.
+            the vehicle moves, and where there is no odometry, it does not count. Where the motion does not follow it,
+            what the vehicle cannot stop short of on its present arc counts as well. It needs an outline.
 
         Returns
         -------
@@ -366,213 +313,41 @@ class BrakeController:
         >>> print(controller.update(10.0))                       # nothing has come yet: that is not safe
         BRAKE (WAITING)
         """
-        now = finite("now", now)
-        override = override if type(override) is bool else flag("override", override)
+        if type(now) is not float or now - now != 0.0:
+            now = finite("now", now)
+        if override is not False:
+            override = flag("override", override)
         with self._lock:  # nothing is remembered before the vote, so that a call that raises changes nothing
-            newest, frame = self._receive(now, ranges, points, stamp, motion, estimate, commanded, time_increment, path)
-            assessed = BETWEEN_FRAMES if frame is None else self._assess(frame)
-            self._vote(newest, frame, assessed)
             state, settings = self._state, self._settings
+            newest, frame = receive(
+                state,
+                settings,
+                self._assessment,
+                now,
+                ranges,
+                points,
+                stamp,
+                motion,
+                estimate,
+                commanded,
+                time_increment,
+                path,
+            )
+            assessed = BETWEEN_FRAMES
+            if frame is not None:
+                others = [(each._fields_of_view, each._state) for each in self._others] if self._others else ()
+                assessed = self._evaluator.assess(frame, state, others)
+            self._voting.vote(state, newest, frame, assessed)
             unsafe = watchdog(state, settings, now)
-            if unsafe is not None and settings.when_blind == BRAKE:
+            if unsafe is not None and self._brakes_when_blind:
                 for brake in state.brakes:
                     brake.brake(now, state.motion or STANDING)
             return decide(state, settings, now, unsafe, override, assessed.status, assessed.threats)
 
-    def _receive(
-        self,
-        now: float,
-        ranges: Any,
-        points: Any,
-        stamp: Any,
-        motion: Any,
-        estimate: Any,
-        commanded: Any,
-        time_increment: Any,
-        path: Any,
-    ) -> tuple[Newest, Frame | None]:
-        """Check what came; return the newest odometry and estimate, and the frame if one came."""
-        state, settings = self._state, self._settings
-        newest_motion, motion_at, newest_estimate = state.motion, state.motion_at, state.estimate
-        if commanded is not None:
-            commanded = checked_commanded(commanded)
-        if motion is not None:
-            motion = checked_motion("motion", motion)
-            at = now if motion.stamp is None else motion.stamp
-            if motion_at <= at <= now + CLOCK_TOLERANCE:
-                newest_motion, motion_at = motion, at
-        between = self._settings.time_increment
-        if time_increment is not None:
-            ordinary = type(time_increment) is float and 0.0 <= time_increment <= 1.0  # which needs no call
-            between = time_increment if ordinary else BETWEEN_BEAMS.check("time_increment", time_increment)
-        if estimate is not None:
-            estimate = checked_estimate(estimate)
-            if not estimate.saw_nothing:
-                newest_estimate = estimate
-        newest = newest_motion, motion_at, newest_estimate
-        if ranges is not None or points is not None:
-            if ranges is not None:
-                if points is not None:
-                    raise ValueError(
-                        "a frame must be ranges or points, not both: give each scan and each cloud an update"
-                    )
-                if getattr(ranges, "ndim", 1) != 1:
-                    raise ValueError(f"ranges must be one scan, of shape (beams,), got shape {tuple(ranges.shape)}")
-            stamp, estimate = finite("stamp", stamp), newest_estimate
-            if estimate is not None and not is_fresh(estimate.stamp, now, settings.sensor_timeout):
-                estimate = None
-        elif estimate is not None and self._assessment.only_estimates:
-            stamp = estimate.stamp
-        else:
-            return newest, None
-        fresh = newest_motion if is_fresh(motion_at, now, settings.motion_timeout) else None
-        if path is not None:
-            path = self._assessment.checked_path(path, fresh)
-        return newest, Frame(now, stamp, ranges, points, estimate, fresh, commanded, between, path)
-
-    def _assess(self, frame: Frame) -> Assessed:
-        """Assess the threats of a frame, and evaluate them by every criterion."""
-        state, assessment = self._state, self._assessment
-        is_cloud = frame.points is not None
-        newest_at = state.newest_at if is_cloud is state.is_cloud else state.other_newest_at
-        if not newest_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
-            return IGNORED
-        threats = assessment.assess(frame)
-        if threats.status is NO_DATA or threats.returns < self._settings.min_returns:
-            assessed = BLIND
-        elif not threats.closing_speed_known:
-            assessed = UNKNOWN
-        else:
-            unseen, looks = self._fields_of_view.unseen(frame, state, frame.motion)
-            assessed = self._evaluate(frame, threats, state.brake, unseen)
-            assessed.looks += (looks,)
-            without = state.brake_without_estimates
-            if without is not None or (frame.estimate is not None and not assessment.only_estimates):
-                other, seen = frame, threats
-                if frame.estimate is not None:
-                    other, seen = replace(frame, estimate=None), threats._replace(estimate=None, estimate_is_sure=False)
-                assessed.without_estimates = self._evaluate(other, seen, without or state.brake, unseen)
-        if assessment.range_rate is not None:
-            assessment.take_up(frame)
-        return assessed
-
-    def _evaluate(self, frame: Frame, threats: Threats, brake: Brake, unseen: bool) -> Assessed:
-        """Evaluate threats by every criterion, and return how the frame votes on a brake."""
-        motion, commanded, settings = frame.motion, frame.commanded, self._settings
-        criterion, evaluation = self._most_urgent(threats)
-        rests_in_contact, looks = False, None
-        if threats.status is CONTACT and not self._assessment.only_estimates:
-            rests_in_contact = not (moves(motion) or moves(commanded))
-            if commanded is not None and not brake.on:  # the vehicle must not be driven deeper into contact
-                other, of_commanded = self._most_urgent(self._assessment.assess_along(frame, commanded))
-                if of_commanded.more_urgent_than(evaluation):
-                    criterion, evaluation, motion = other, of_commanded, commanded
-        stops_unseen = unseen and settings.when_blind == BRAKE
-        triggers = evaluation.value < evaluation.threshold or stops_unseen
-        clear = evaluation.value >= settings.release_at * evaluation.threshold and not stops_unseen
-        if clear and frame.estimate is not None:
-            clear = frame.estimate.is_current(frame.now, settings.sensor_timeout)
-        if clear and brake.on and not self._assessment.only_estimates:  # what would be estimated then is not known
-            continued = commanded if commanded is not None else self._continued_motion(motion, brake)
-            if continued is not None:
-                clear, continues_unseen, looks = self._would_be_clear(frame, continued)
-                unseen = unseen or continues_unseen
-        motion = motion or self._state.motion
-        votes = triggers, clear, motion, None, rests_in_contact, unseen
-        return Assessed(threats.status, threats, criterion, evaluation, *votes, (looks,))
-
-    def _vote(self, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
-        """Remember what came, count the two votes of a frame, and begin or end braking."""
-        state = self._state
-        state.motion, state.motion_at, state.estimate = newest
-        if frame is None:
-            return
-        if assessed is IGNORED:
-            state.ignored += 1
-            return
-        state.frames += 1
-        state.turn_to(frame.points is not None)
-        state.newest_at = stamp = frame.stamp
-        state.frame_at = max(state.frame_at, stamp)  # of two sensors, one may need longer
-        if assessed is BLIND:
-            state.blind += 1
-        else:
-            state.seen_at = max(state.seen_at, stamp)
-            if frame.ranges is not None:
-                state.scan_at = stamp
-            elif frame.points is not None:
-                state.cloud_at = stamp
-        if assessed.criterion is None:  # a frame that cannot be evaluated is not clear
-            _, counts = self._release.quorum(state.period)
-            for brake in state.brakes:
-                brake.release_votes = brake.release_votes << 1 & counts
-            return
-        self._keep_time(stamp)
-        for edge in assessed.looks:
-            if edge is not None:
-                state.cloud_looks = {**state.cloud_looks, edge: stamp}
-        state.criterion, state.evaluation = assessed.criterion, assessed.evaluation
-        state.rests_in_contact, state.unseen = assessed.rests_in_contact, assessed.unseen
-        trigger, release = self._trigger.quorum(state.period), self._release.quorum(state.period)
-        now, hold, without = frame.now, self._settings.hold, assessed.without_estimates
-        others = 0
-        if state.other_voted_at >= now - self._settings.sensor_timeout:
-            others, _ = self._release.quorum(state.other_period)
-        if without is not None:
-            if state.brake_without_estimates is None:
-                state.brake_without_estimates = replace(state.brake)
-            state.brake_without_estimates.vote(
-                now, without.triggers, without.clear, without.motion, trigger, release, hold, others
-            )
-        state.brake.vote(now, assessed.triggers, assessed.clear, assessed.motion, trigger, release, hold, others)
-
-    def _keep_time(self, stamp: float) -> None:
-        """Learn how often such a frame comes. After a gap, its votes on release begin anew."""
-        state, timeout = self._state, self._settings.sensor_timeout
-        since, state.voted_at = stamp - state.voted_at, stamp
-        state.evaluated_at = max(state.evaluated_at, stamp)
-        if since > timeout:
-            for brake in state.brakes:
-                brake.release_votes = 0
-            if since == math.inf:
-                return
-            since = timeout
-        state.period = since if state.period == math.inf else state.period + SMOOTHING * (since - state.period)
-
-    def _most_urgent(self, threats: Threats) -> tuple[Criterion, Evaluation]:
-        """Return the criterion that is nearest to its threshold, or beyond it by most, and its evaluation."""
-        urgent, evaluation = self._first, self._first.evaluate(threats)
-        for criterion in self._others:
-            other = criterion.evaluate(threats)
-            if other.more_urgent_than(evaluation):
-                urgent, evaluation = criterion, other
-        return urgent, evaluation
-
-    def _would_be_clear(self, frame: Frame, continued: Motion) -> tuple[bool, bool, int | None]:
-        """Return whether a frame is clear for what a braked vehicle would go on with, and what is seen of its path.
-
-        Being slow is not being safe: the vehicle sees nothing come closer because it is braked.
-        """
-        _, (value, threshold, _) = self._most_urgent(self._assessment.assess_along(frame, continued))
-        if value < self._settings.release_at * threshold:
-            return False, False, None
-        unseen, looks = self._fields_of_view.unseen(frame, self._state, continued)
-        return not unseen or self._settings.when_blind != BRAKE, unseen, looks
-
-    def _continued_motion(self, motion: Motion | None, brake: Brake) -> Motion | None:
-        """Return the motion of a vehicle that is released and not commanded, or None where that is not known."""
-        before = brake.braked_from
-        if motion is None:
-            return before if moves(before) else None  # without odometry it may stand
-        if motion.speed == 0.0 or abs(motion.speed) < self._settings.standstill_speed:
-            return before
-        faster = max(abs(before.speed / motion.speed), 1.0)  # the way it is on, at the speed it braked from
-        return Motion(motion.speed * faster, motion.yaw_rate * faster, motion.lateral_speed * faster)
-
     @property
     def criteria(self) -> tuple[Criterion, ...]:
         """The criteria, in the order in which they were given."""
-        return (self._first, *self._others)
+        return self._evaluator.criteria
 
     @property
     def settings(self) -> BrakeSettings:
@@ -658,7 +433,7 @@ class BrakeController:
         >>> controller = BrakeController(scan=ScanTTC(0.0, 0.1, 3))
         >>> state = controller.state()
         >>> state["class"], state["version"], state["brake"]["on"]
-        ('BrakeController', 2, False)
+        ('BrakeController', 3, False)
         """
         with self._lock:
             return {"class": CLASS, "version": VERSION, **self._state.saved(), "range_rate": self._assessment.state()}
@@ -718,8 +493,3 @@ class BrakeController:
     def __setstate__(self, pickled: dict[str, Any]) -> None:
         BrakeController.__init__(self, **pickled["arguments"])
         self.restore(pickled["state"])
-
-
-def moves(motion: Motion | None) -> bool:
-    """Return whether a motion moves or turns the vehicle."""
-    return motion is not None and any(motion[:3])

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from ttc_fast._core import rss_longitudinal_distance, stopping_distance
+from ttc_fast._core import rss_longitudinal_distance
 from ttc_fast._settings import Number, check_fields, setting
 from ttc_fast.brake.types import NOTHING, Criterion, Evaluation, Needs, new
 
@@ -177,18 +177,24 @@ class StoppingDistance(Criterion):
         check_fields(self)
 
     def evaluate(self, threats: Threats) -> Evaluation:
-        nearest = self._needed(threats.path or threats.beams)
+        threat = threats.path or threats.beams
+        nearest = NOTHING if threat is None or threat.ttc == math.inf else self._needed(threat)
         if threats.estimate is None or not threats.estimate_is_sure:
             return nearest
         estimated = self._needed(threats.estimate, threats.estimate_in_contact)
         return estimated if estimated.more_urgent_than(nearest) else nearest
 
-    def _needed(self, threat: Threat | None, touches: bool = False) -> Evaluation:
-        if threat is None or not (touches or (threat.closing_speed > 0.0 and threat.ttc < math.inf)):
+    def _needed(self, threat: Threat, touches: bool = False) -> Evaluation:
+        speed = threat.closing_speed
+        if not speed > 0.0:
+            if not touches:
+                return NOTHING
+            speed = 0.0
+        elif not (touches or threat.ttc < math.inf):
             return NOTHING
-        closing = threat.closing_speed if threat.closing_speed > 0.0 else 0.0
-        needed = stopping_distance(closing, deceleration=self.deceleration, reaction_time=self.reaction_time)
-        return new(Evaluation, (threat.clearance, needed + self.margin, threat))
+        # As ``stopping_distance``, to the bit, without the call.
+        needed = speed * self.reaction_time + speed * (speed / (2.0 * self.deceleration)) + self.margin
+        return new(Evaluation, (threat.clearance, needed, threat))
 
 
 @dataclass(frozen=True)

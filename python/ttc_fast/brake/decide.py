@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ttc_fast.brake.decision import Command, Counters, Decision, Reason
-from ttc_fast.brake.state import CLOCK_TOLERANCE, is_fresh
+from ttc_fast.brake.receive import CLOCK_TOLERANCE
 from ttc_fast.brake.types import new
 from ttc_fast.status import Status
 
@@ -22,16 +22,18 @@ CLEAR, NEAR, CRITERION, UNSEEN = Reason.CLEAR, Reason.NEAR, Reason.CRITERION, Re
 
 def watchdog(state: ControllerState, settings: BrakeSettings, now: float) -> Reason | None:
     """Return why the sensors do not see enough to be safe, or None if they do."""
+    scans, clouds = state.scans, state.clouds
+    newest_at = scans.newest_at if scans.newest_at > clouds.newest_at else clouds.newest_at
+    if newest_at > now + CLOCK_TOLERANCE:  # the clock was set back: the age of that frame is not known
+        return Reason.STALE
     oldest = now - settings.sensor_timeout
-    if state.frame_at > now + CLOCK_TOLERANCE:  # the clock was set back: the age of that frame is not known
-        return Reason.STALE
-    if state.evaluated_at >= oldest:  # a frame that was evaluated was seen as well
+    if scans.voted_at >= oldest or clouds.voted_at >= oldest:  # a frame that was evaluated was seen as well
         return None
-    if state.frame_at == -math.inf:
+    if newest_at == -math.inf:
         return Reason.WAITING
-    if state.frame_at < oldest:
+    if newest_at < oldest or scans.held.is_frozen or clouds.held.is_frozen:
         return Reason.STALE
-    return Reason.BLIND if state.seen_at < oldest else Reason.NO_MOTION
+    return Reason.BLIND if max(scans.seen_at, clouds.seen_at) < oldest else Reason.NO_MOTION
 
 
 def decide(
@@ -60,7 +62,8 @@ def decide(
     status, threats
         Status and threats of the frame that came, as ``Decision`` has them.
     """
-    braking = state.braking
+    brake, without = state.brake, state.brake_without_estimates
+    braking = brake.on or (without is not None and without.on)
     if override:
         command, reason = NONE, Reason.OVERRIDE
     elif unsafe is not None:
@@ -69,10 +72,6 @@ def decide(
         command, reason = BRAKE, why_braking(state, settings, now)
     else:
         command, reason = why_not_braking(state, settings)
-    value, threshold, threat = state.evaluation
-    brake = state.brake
-    votes = brake.trigger_votes.bit_count(), brake.release_votes.bit_count()
-    counters = new(Counters, (state.frames, state.ignored, state.blind, *votes))
     deceleration, limit = 0.0, math.inf
     if command is BRAKE:
         deceleration, limit = settings.deceleration, 0.0
@@ -80,8 +79,26 @@ def decide(
         limit = speed_limit(state)
         if reason is UNSEEN and settings.creep_speed > 0.0:
             limit = min(limit, settings.creep_speed)
-    evaluated = state.criterion, value, threshold, threat
-    return new(Decision, (command, reason, deceleration, limit, *evaluated, now, counters, status, threats))
+    triggered, clear = brake.trigger_votes.bit_count(), brake.release_votes.bit_count()
+    counters = new(Counters, (state.frames, state.ignored, state.blind, triggered, clear))
+    value, threshold, threat = state.evaluation
+    return new(
+        Decision,
+        (
+            command,
+            reason,
+            deceleration,
+            limit,
+            state.criterion,
+            value,
+            threshold,
+            threat,
+            now,
+            counters,
+            status,
+            threats,
+        ),
+    )
 
 
 def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> Reason:
@@ -91,8 +108,8 @@ def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> 
         return CRITERION
     if state.unseen:
         return UNSEEN
-    motion = state.motion if is_fresh(state.motion_at, now, settings.motion_timeout) else None
-    stands = motion is not None and abs(motion.speed) < settings.standstill_speed
+    motion, fresh = state.motion, -CLOCK_TOLERANCE <= now - state.motion_at <= settings.motion_timeout
+    stands = motion is not None and fresh and abs(motion.speed) < settings.standstill_speed
     return Reason.STANDSTILL if stands else Reason.HOLD
 
 

@@ -57,7 +57,7 @@ class Reason(IntEnum):
     WAITING
         No sensor data have come yet.
     STALE
-        The newest sensor data are too old.
+        The newest sensor data are too old, or repeat to the bit what was seen long ago.
     BLIND
         For too long the frames have had nothing valid, or fewer returns than ``min_returns``.
     NO_MOTION
@@ -147,8 +147,8 @@ class Decision(NamedTuple):
         Numbers of frames and votes.
     status : Status or None
         Status of the frame that came with this update; None when none came, as when the watchdog asks. NO_DATA is a
-        blind frame, INVALID one that was ignored, WARMING_UP one whose closing speeds are not known. Any other status
-        says what the nearest TTC of the frame means.
+        blind frame, INVALID one that was ignored, WARMING_UP one whose closing speeds are not known, STALE one of a
+        frozen sensor, without threats. Any other status says what the nearest TTC of the frame means.
     threats : Threats or None
         What that frame shows, by the vehicle's motion; None when it could not be evaluated, or none came.
 

@@ -1,4 +1,4 @@
-"""What a controller remembers from one update to the next, and the checks of what comes in.
+"""The third step of a decision: what a controller remembers from one update to the next, and how votes change it.
 
 Every field of ``ControllerState`` and ``Brake`` is a plain value, an enumeration or a named tuple, so that it can be
 saved.
@@ -8,19 +8,28 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
-from ttc_fast._validate import finite, interval, not_nan, number, votes
-from ttc_fast.brake.types import NOTHING, STANDING, Estimate, Motion
+from ttc_fast._validate import votes
+from ttc_fast.brake.evaluate import IGNORED
+from ttc_fast.brake.frozen import NEVER
+from ttc_fast.brake.receive import CLOCK_TOLERANCE
+from ttc_fast.brake.types import NOTHING, STANDING
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.types import Criterion, Evaluation
+    from ttc_fast.brake.evaluate import Assessed
+    from ttc_fast.brake.frozen import Held
+    from ttc_fast.brake.receive import Frame, Newest
+    from ttc_fast.brake.settings import BrakeSettings
+    from ttc_fast.brake.types import Criterion, Estimate, Evaluation, Motion
 
-CLOCK_TOLERANCE = 0.1
-"""A stamp may lie this far in the future, s, because two clocks are never the same."""
+__all__ = ["CLOCK_TOLERANCE", "Brake", "ControllerState", "NOfM", "Voting"]
 
+NO_DATA, STALE = Status.NO_DATA, Status.STALE
+SMOOTHING = 0.25
+"""The weight of the newest time between two frames in the usual one."""
 
 Quorum = tuple[int, int]
 """How many votes are needed, and the bits of the frames that count."""
@@ -96,33 +105,31 @@ class Brake:
 
 
 @dataclass(slots=True)
-class ControllerState:
-    """The memory of a controller. Times are stamps, s, and -inf before the first."""
+class Source:
+    """What is remembered of the frames of one kind, scans or clouds. They are counted each for themselves."""
 
-    frame_at: float = -math.inf
+    newest_at: float = -math.inf
     """Stamp of the newest frame."""
     seen_at: float = -math.inf
     """Stamp of the newest frame that was not blind."""
-    evaluated_at: float = -math.inf
+    voted_at: float = -math.inf
     """Stamp of the newest frame that was evaluated: it was not blind, and its closing speeds were known."""
     period: float = math.inf
-    """The usual time between two evaluated frames like the newest, scans or clouds, s."""
+    """The usual time between two evaluated frames, s."""
+    held: Held = NEVER
+    """The readings of the newest frame, and how long they have been the same."""
+
+
+@dataclass(slots=True)
+class ControllerState:
+    """The memory of a controller. Times are stamps, s, and -inf before the first."""
+
+    scans: Source = field(default_factory=Source)
+    """The scans, or the estimates where these are the only frames."""
+    clouds: Source = field(default_factory=Source)
+    """The clouds."""
     is_cloud: bool = False
-    """Whether the newest frame is a cloud. Scans and clouds are counted each for themselves."""
-    newest_at: float = -math.inf
-    """Stamp of the newest frame like the newest."""
-    voted_at: float = -math.inf
-    """Stamp of the newest of these that was evaluated."""
-    other_period: float = math.inf
-    """``period`` of the other frames."""
-    other_newest_at: float = -math.inf
-    """``newest_at`` of the other frames."""
-    other_voted_at: float = -math.inf
-    """``voted_at`` of the other frames."""
-    scan_at: float = -math.inf
-    """Stamp of the newest scan that was not blind."""
-    cloud_at: float = -math.inf
-    """Stamp of the newest cloud that was not blind."""
+    """Whether the newest frame is a cloud."""
     cloud_looks: dict[int, float] = field(default_factory=dict)
     """Stamp of the newest cloud that had a point ahead of an edge of the outline, by the number of the edge."""
     motion: Motion | None = None
@@ -131,6 +138,8 @@ class ControllerState:
     """Stamp of the newest odometry."""
     estimate: Estimate | None = None
     """The newest estimate of a tracker or a camera."""
+    estimate_since: float = -math.inf
+    """The stamp with which its numbers came first, where a TTC that should have run down is repeated."""
 
     criterion: Criterion | None = None
     """The most urgent criterion of the newest evaluated frame."""
@@ -159,17 +168,6 @@ class ControllerState:
         without = self.brake_without_estimates
         return self.brake.on or (without is not None and without.on)
 
-    def turn_to(self, clouds: bool) -> None:
-        """Let a cloud be the newest frame, or a scan."""
-        if clouds is self.is_cloud:
-            return
-        self.is_cloud = clouds
-        self.period, self.other_period = self.other_period, self.period
-        self.newest_at, self.other_newest_at = self.other_newest_at, self.newest_at
-        self.voted_at, self.other_voted_at = self.other_voted_at, self.voted_at
-        for brake in self.brakes:
-            brake.turn()
-
     @property
     def brakes(self) -> tuple[Brake, ...]:
         """The brake, and the brake without estimates if there is one."""
@@ -179,9 +177,9 @@ class ControllerState:
     def saved(self) -> dict[str, Any]:
         """Return everything as plain values, enumerations, named tuples and dicts."""
         plain = {each.name: getattr(self, each.name) for each in fields(self)}
-        for name in BRAKES:
-            brake = plain[name]
-            plain[name] = brake and {each.name: getattr(brake, each.name) for each in fields(Brake)}
+        for name, kind in PARTS.items():
+            part = plain[name]
+            plain[name] = part and {each.name: getattr(part, each.name) for each in fields(kind)}
         return plain
 
     @classmethod
@@ -191,18 +189,13 @@ class ControllerState:
             if name not in saved:
                 raise ValueError(f"state has no {name}: it must come from state()")
         plain = {each.name: saved[each.name] for each in fields(cls)}
-        for name in BRAKES:
+        for name, kind in PARTS.items():
             if plain[name] is not None:
-                plain[name] = Brake(**plain[name])
+                plain[name] = kind(**plain[name])
         return cls(**plain)
 
 
-BRAKES = ("brake", "brake_without_estimates")
-
-
-def is_fresh(stamp: float, now: float, timeout: float) -> bool:
-    """Return whether data are not too old, and not in the future, as they are when the clock was set back."""
-    return -CLOCK_TOLERANCE <= now - stamp <= timeout
+PARTS: dict[str, Any] = {"scans": Source, "clouds": Source, "brake": Brake, "brake_without_estimates": Brake}
 
 
 class NOfM:
@@ -240,49 +233,76 @@ def shares(share: float) -> list[Quorum]:
     return [(max(math.ceil(share * each - 1e-9), 2), (1 << each) - 1) for each in frames]
 
 
-def checked_motion(argument: str, value: Any) -> Motion:
-    """Return ``value`` as a Motion if its numbers are finite."""
-    try:
-        motion = value if type(value) is Motion else Motion(*value)
-    except TypeError:
-        raise TypeError(f"{argument} must be a Motion, such as Motion(4.0), got {value!r}") from None
-    speed, yaw_rate, lateral_speed, stamp = motion
-    try:
-        if math.isfinite(speed + yaw_rate + lateral_speed + (0.0 if stamp is None else stamp)):
-            return motion
-    except TypeError:
-        pass  # the loop finds which of them is not a number
-    for name, each in motion._asdict().items():
-        if each is not None or name != "stamp":
-            finite(f"{argument}.{name}", each)
-    return motion
+class Voting:
+    """The rules by which the frames of a controller vote.
 
+    Parameters
+    ----------
+    settings : BrakeSettings
+        The settings of the controller.
+    """
 
-def checked_commanded(value: Any) -> Motion:
-    """Return the argument ``commanded``, a Motion or a speed, as a Motion."""
-    if isinstance(value, Motion):
-        return checked_motion("commanded", value)
-    return Motion(finite("commanded", value))
+    __slots__ = ("_hold", "_release", "_timeout", "_trigger")
 
+    def __init__(self, settings: BrakeSettings) -> None:
+        self._trigger, self._release = NOfM(settings.trigger), NOfM(settings.release)
+        self._hold, self._timeout = settings.hold, settings.sensor_timeout
 
-def checked_estimate(value: Any) -> Estimate:
-    """Return ``value`` as an Estimate if its numbers make sense; NaN and None stand for what is not known."""
-    try:
-        estimate = Estimate(*value)
-    except TypeError:
-        raise TypeError(f"estimate must be an Estimate, such as Estimate.of(tracked, stamp), got {value!r}") from None
-    ttc = number("estimate.ttc", estimate.ttc)
-    if not ttc >= 0.0:
-        raise ValueError(f"estimate.ttc must be from 0 to inf, got {ttc:g}")
-    if not (estimate.status is None or isinstance(estimate.status, Status)):
-        raise TypeError(f"estimate.status must be None or a Status, such as Status.CLOSING, got {estimate.status!r}")
-    return Estimate(
-        finite("estimate.stamp", estimate.stamp),
-        ttc,
-        interval("estimate.ttc_interval", estimate.ttc_interval),
-        number("estimate.distance", estimate.distance),
-        number("estimate.closing_speed", estimate.closing_speed),
-        interval("estimate.closing_speed_interval", estimate.closing_speed_interval),
-        estimate.status,
-        not_nan("estimate.age", estimate.age, 0.0, "s"),
-    )
+    def vote(self, state: ControllerState, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
+        """Remember what came, count the two votes of a frame, and begin or end braking."""
+        state.motion, state.motion_at, state.estimate, state.estimate_since = newest
+        if frame is None:
+            return
+        if assessed is IGNORED:
+            state.ignored += 1
+            return
+        state.frames += 1
+        source, other = state.scans, state.clouds
+        is_cloud = frame.points is not None
+        if is_cloud:
+            source, other = other, source
+        if is_cloud is not state.is_cloud:
+            state.is_cloud = is_cloud
+            for brake in state.brakes:
+                brake.turn()
+        status, _, held, criterion, evaluation, triggers, clear, motion, rests, unseen, looks, without = assessed
+        source.newest_at, source.held = frame.stamp, held
+        if criterion is None:  # a frame that cannot be evaluated is not clear
+            if status is NO_DATA:
+                state.blind += 1
+            elif status is STALE:  # as if nothing had come since the readings were new
+                source.seen_at = source.voted_at = min(source.voted_at, held.since)
+            else:
+                source.seen_at = frame.stamp
+            _, counts = self._release.quorum(source.period)
+            for brake in state.brakes:
+                brake.release_votes = brake.release_votes << 1 & counts
+            return
+        source.seen_at = frame.stamp
+        period = self._keep_time(state, source, frame.stamp)
+        if looks:
+            state.cloud_looks = {**state.cloud_looks, **dict.fromkeys(looks, frame.stamp)}
+        state.criterion, state.evaluation, state.rests_in_contact, state.unseen = criterion, evaluation, rests, unseen
+        trigger, release = self._trigger.quorum(period), self._release.quorum(period)
+        others = 0
+        if other.voted_at >= frame.now - self._timeout:
+            others, _ = self._release.quorum(other.period)
+        if without is not None:
+            if state.brake_without_estimates is None:
+                state.brake_without_estimates = replace(state.brake)
+            state.brake_without_estimates.vote(
+                frame.now, without.triggers, without.clear, without.motion, trigger, release, self._hold, others
+            )
+        state.brake.vote(frame.now, triggers, clear, motion, trigger, release, self._hold, others)
+
+    def _keep_time(self, state: ControllerState, source: Source, stamp: float) -> float:
+        """Learn how often such a frame comes, and return it. After a gap, its votes on release begin anew."""
+        since, source.voted_at, period = stamp - source.voted_at, stamp, source.period
+        if since > self._timeout:
+            for brake in state.brakes:
+                brake.release_votes = 0
+            if since == math.inf:
+                return period
+            since = self._timeout
+        source.period = period = since if period == math.inf else period + SMOOTHING * (since - period)
+        return period

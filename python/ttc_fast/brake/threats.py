@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 import operator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
-from ttc_fast.brake.criteria import PresentArc
+from ttc_fast.brake.criteria import PresentArc, StoppingDistance
 from ttc_fast.brake.types import STANDING, Needs, Source, Threat, Threats, new
 from ttc_fast.status import Status
 
@@ -24,40 +24,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ttc_fast.brake.types import Criterion, Estimate, Motion
-
-
-@dataclass(slots=True)
-class Frame:
-    """What came with an update, and what was known then.
-
-    Attributes
-    ----------
-    now, stamp : float
-        Time of the decision and of the measurement, s.
-    ranges, points
-        The scan or the cloud; both are None where the estimate is the frame.
-    estimate : Estimate or None
-        The newest estimate that is fresh.
-    motion : Motion or None
-        The newest odometry that is fresh.
-    commanded : Motion or None
-        What the vehicle would do if it were not braked, where that is given.
-    time_increment : float
-        The time between two beams of the scan, s.
-    path : ndarray, shape (N, 2), or None
-        The points that the vehicle will follow, m, where they are given.
-    """
-
-    now: float
-    stamp: float
-    ranges: Any
-    points: Any
-    estimate: Estimate | None
-    motion: Motion | None
-    commanded: Motion | None
-    time_increment: float
-    path: NDArray[np.float64] | None = None
+    from ttc_fast.brake.receive import Frame
+    from ttc_fast.brake.types import Criterion, Motion
 
 
 PATH = Source.PATH  # a name is looked up faster than the member of an enumeration
@@ -73,6 +41,9 @@ GRIP = 10.0
 
 POINTS = 50
 """The number of points that a path which is a function is asked for."""
+
+SOON = 0.3
+"""In this time a vehicle that follows a path has turned to where the path leads, s."""
 
 FEW = 20
 """A scan that has one beam in this many more or less, or is as much wider, is read by the beams of the range rate."""
@@ -112,6 +83,8 @@ class ThreatAssessment:
         self.scan_path = None if scan is None else path_of(scan, horizon)
         self._needs_beams = self._needs_path = self._needs_arc = True
         self._sharpest = 0.0
+        self.stopping = StoppingDistance()
+        """How the vehicle stops."""
         self.only_estimates = scan is None and path is None
         """Whether estimates are the only frames."""
 
@@ -127,8 +100,12 @@ class ThreatAssessment:
         """Whether threats on the path can be found: there is an outline."""
         return self.path is not None or self.scan_path is not None
 
-    def check(self, criteria: Iterable[Criterion]) -> tuple[Criterion, ...]:
-        """Return the criteria if they can be evaluated. From now on only what they need is computed."""
+    def check(self, criteria: Iterable[Criterion], deceleration: float) -> tuple[Criterion, ...]:
+        """Return the criteria if they can be evaluated. From now on only what they need is computed.
+
+        A ``StoppingDistance`` among them says how the vehicle stops; without one it is its default with this
+        deceleration.
+        """
         try:
             criteria = tuple(criteria)
         except TypeError:
@@ -145,6 +122,8 @@ class ThreatAssessment:
             if criterion.needs is Needs.BEAMS and self.scan is None:
                 instead = "use EstimateThreshold for what a tracker follows"
                 raise ValueError(f"{criterion.name} needs a scan: it evaluates beams; {instead}")
+        stopping = [each for each in criteria if isinstance(each, StoppingDistance)]
+        self.stopping = stopping[0] if stopping else StoppingDistance(deceleration)
         needs = {criterion.needs for criterion in criteria}
         self._needs_path = self.has_path and not needs.isdisjoint({Needs.PATH, Needs.NEAREST, Needs.ARC})
         self._needs_arc = Needs.ARC in needs
@@ -198,8 +177,16 @@ class ThreatAssessment:
         """Return the threats of a new frame: by the vehicle's motion, or else by the range rate, which takes it up."""
         if self.only_estimates:
             return self._assess_estimate(frame)
-        if frame.motion is not None:
-            return self.assess_along(frame, frame.motion)
+        motion = frame.motion
+        if motion is not None:
+            threats = self.assess_along(frame, motion)
+            if frame.path is not None and strays(frame.path, motion, self.outline):
+                arc = threats.arc or self.assess_along(replace(frame, path=None), motion, turns=False).path
+                if arc is not None and threats.path is not None and arc.ttc < threats.path.ttc:
+                    rule, speed = self.stopping, arc.closing_speed
+                    stops_in = rule.reaction_time + speed / (2.0 * rule.deceleration) + rule.margin / speed
+                    return threats._replace(path=arc) if arc.ttc < stops_in else threats
+            return threats
         if self.range_rate is None or frame.ranges is None:
             # Nothing gives closing speeds. Whether anything is seen is found as for a vehicle that stands.
             seen = self.assess_along(frame, STANDING)
@@ -217,36 +204,34 @@ class ThreatAssessment:
 
     def assess_along(self, frame: Frame, motion: Motion, turns: bool = True) -> Threats:
         """Return the threats of a frame to a vehicle of this motion, which may turn where it follows no path."""
-        beams = path = arc = turn = None
-        seen: Any = None
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
-        way: dict[str, Any] = {}
-        if frame.path is not None and leads(frame.path, speed, self.outline):
-            if self._needs_arc:
-                arc = self.assess_along(replace(frame, path=None), motion, turns=False).path
-            yaw_rate, lateral_speed, over_ground, way = 0.0, 0.0, abs(speed), {"path": frame.path}
+        kernel: Any = self.scan_path if self._needs_path else None
+        seen: Any = None
+        readings = frame.ranges
+        beams = path = arc = turn = estimate = None
         if frame.points is not None:
-            if self.path is None:
-                raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
-            seen = self.path.nearest(frame.points, speed, yaw_rate, lateral_speed, **way)
-            if type(seen) is NearestPointBatch:
-                raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
-            angle, distance = math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
-            path = path_threat(seen, seen.index, angle, distance, over_ground, self._age(frame))
-        else:
-            if self.scan is None:
-                raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
-            if self._needs_beams:
-                seen = self.scan.nearest(frame.ranges, *motion[:3])
-                beams = self._beam_threat(Source.BEAMS, frame, seen)
-            if self._needs_path and self.scan_path is not None:
-                seen = self.scan_path.nearest(frame.ranges, speed, yaw_rate, lateral_speed, **way)
-                beam = seen.beam
-                path = path_threat(seen, beam, seen.angle, seen.range, over_ground, self._age(frame, beam))
-        if turns and self._sharpest > 0.0 and speed != 0.0 and not way and path is not None:
-            turn = self._turn(frame, motion)
-        estimate, is_sure = (None, False) if frame.estimate is None else estimated_threat(frame)
+            readings, kernel = frame.points, self.path
+        elif self._needs_beams and self.scan is not None:
+            seen = self.scan.nearest(readings, speed, yaw_rate, lateral_speed)
+            beams = self._beam_threat(Source.BEAMS, frame, seen)
+        if kernel is not None:
+            follows = frame.path is not None and leads(frame.path, speed, self.outline)
+            if follows:
+                if self._needs_arc:
+                    arc = self.assess_along(replace(frame, path=None), motion, turns=False).path
+                over_ground = abs(speed)
+                seen = kernel.nearest(readings, speed, 0.0, 0.0, path=frame.path)
+            else:
+                seen = kernel.nearest(readings, speed, yaw_rate, lateral_speed)
+            path = self._path_threat(frame, seen, over_ground)
+            if turns and self._sharpest > 0.0 and speed != 0.0 and not follows:
+                turn = self._turn(frame, motion)
+        elif seen is None:
+            self._refuse(frame)
+        is_sure = False
+        if frame.estimate is not None:
+            estimate, is_sure = estimated_threat(frame)
         returns, status = seen.counts.valid, seen.status
         return new(Threats, (over_ground, beams, path, estimate, is_sure, returns, status, True, arc, turn))
 
@@ -257,17 +242,31 @@ class ThreatAssessment:
         readings = frame.ranges if frame.points is None else frame.points
         yaw_rate = min(self._sharpest * abs(speed), GRIP / abs(speed))
         arcs = (kernel.nearest(readings, speed, share * yaw_rate, lateral_speed) for share in (-1.0, -0.5, 0.5, 1.0))
-        seen = min(arcs, key=operator.attrgetter("ttc"))
+        return self._path_threat(frame, min(arcs, key=operator.attrgetter("ttc")), motion.over_ground)
+
+    def _path_threat(self, frame: Frame, seen: Any, over_ground: float) -> Threat:
+        """Return what the outline touches first, at the time of the decision; its clearance is that along the way."""
+        age = frame.now - frame.stamp
         if frame.points is None:
-            index, angle, distance, age = seen.beam, seen.angle, seen.range, self._age(frame, seen.beam)
+            index, angle, distance = seen.beam, seen.angle, seen.range
+            if index > 0:
+                age -= index * frame.time_increment
+        elif type(seen) is NearestPointBatch:
+            raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
         else:
-            index, angle, distance, age = (
-                seen.index,
-                math.atan2(seen.y, seen.x),
-                math.hypot(seen.x, seen.y),
-                self._age(frame),
-            )
-        return path_threat(seen, index, angle, distance, motion.over_ground, age)
+            index, angle, distance = seen.index, math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
+        ttc = seen.ttc
+        if not age > 0.0:  # what has come was measured before
+            age = 0.0
+        ttc = ttc - age if ttc > age else 0.0
+        clearance = over_ground * ttc if over_ground > 0.0 else math.inf
+        return new(Threat, (PATH, ttc, seen.status, index, angle, distance, clearance, over_ground, age))
+
+    def _refuse(self, frame: Frame) -> None:
+        """Raise because nothing reads a frame."""
+        if frame.points is not None:
+            raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
+        raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
 
     def _assess_estimate(self, frame: Frame) -> Threats:
         """Return the threats of a frame that is an estimate."""
@@ -329,12 +328,27 @@ def leads(path: NDArray[np.float64], speed: float, outline: Any) -> bool:
     return True  # it leads nowhere, which the kernel refuses
 
 
-def path_threat(seen: Any, index: int, angle: float, distance: float, speed: float, age: float) -> Threat:
-    """Return what the outline touches first, at the time of the decision; its clearance is measured along the way."""
-    ttc = seen.ttc - age
-    ttc = ttc if ttc > 0.0 else 0.0
-    clearance = speed * ttc if speed > 0.0 else math.inf
-    return new(Threat, (PATH, ttc, seen.status, index, angle, distance, clearance, speed, age))
+def strays(path: NDArray[np.float64], motion: Motion, outline: Any) -> bool:
+    """Return whether the motion does not follow a path: soon it would be off it by more than the vehicle's width.
+
+    Soon is ``SOON``, or two lengths of the vehicle where it is slow. A vehicle that drives along its path and steers a
+    little late, or is a little off it, is not off by so much.
+    """
+    speed, yaw_rate, lateral_speed, _ = motion
+    x_rear, x_front, y_right, y_left = outline
+    over_ground = math.hypot(speed, lateral_speed)
+    if over_ground == 0.0:
+        return False
+    way = max(SOON * over_ground, 2.0 * (x_front - x_rear))
+    points = np.concatenate([np.zeros((1, 2)), path])
+    ways = np.concatenate([np.zeros(1), np.hypot(*np.diff(points, axis=0).T).cumsum()])
+    way = min(way, float(ways[-1]))
+    turn = yaw_rate * way / over_ground
+    ahead, aside = (math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn) if abs(turn) > 1e-6 else (1.0, turn / 2.0)
+    along, across = speed / over_ground * way, lateral_speed / over_ground * way
+    x, y = along * ahead - across * aside, along * aside + across * ahead
+    x_path, y_path = (float(np.interp(way, ways, points[:, axis])) for axis in (0, 1))
+    return bool(math.hypot(x - x_path, y - y_path) > y_left - y_right)
 
 
 def estimated_threat(frame: Frame) -> tuple[Threat | None, bool]:

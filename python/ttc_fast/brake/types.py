@@ -129,6 +129,26 @@ class Estimate(NamedTuple):
         """
         return self.status not in UNSURE and now - self.stamp + self.age <= timeout
 
+    def repeats(self, before: Estimate | None) -> bool:
+        """Return whether it is the one before to the bit, but for its stamp, with a TTC that should have run down.
+
+        Parameters
+        ----------
+        before : Estimate or None
+            The estimate before this one.
+
+        Returns
+        -------
+        bool
+
+        Examples
+        --------
+        >>> from ttc_fast import Estimate
+        >>> Estimate(12.1, ttc=9.0).repeats(Estimate(12.0, ttc=9.0))
+        True
+        """
+        return before is not None and 0.0 < self.ttc < math.inf and repr(self[1:]) == repr(before[1:])
+
     @classmethod
     def of(cls, tracked: TrackedTTC, stamp: float) -> Estimate:
         """Return a tracker's result for the frame of ``stamp`` as an estimate, with its status.

@@ -2,7 +2,8 @@
 
 Where a scanner looks follows from its mount, its angles and its mask. Where a cloud looks follows from the ``views``
 that the user gave. Without them, a cloud looks along the path if it has a point there: a range finder at the rear has
-one behind the vehicle, a camera at the front has none. A sensor whose newest data are too old looks nowhere.
+one behind the vehicle, a camera at the front has none. Clouds that come without a scan are taken to look ahead, where
+nothing may be for a long time. A sensor whose newest data are too old looks nowhere.
 """
 
 from __future__ import annotations
@@ -11,23 +12,29 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import ScanSweptPath, ScanTTC
-from ttc_fast.brake.criteria import StoppingDistance
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Sequence
 
+    from ttc_fast.brake.receive import Frame
     from ttc_fast.brake.settings import BrakeSettings
     from ttc_fast.brake.state import ControllerState
-    from ttc_fast.brake.threats import Frame, ThreatAssessment
-    from ttc_fast.brake.types import Criterion, Motion
+    from ttc_fast.brake.threats import ThreatAssessment
+    from ttc_fast.brake.types import Motion
 
 NARROW = 0.1
 """An unseen strip of the path may be this wide, m, and a third of the shorter side of the outline: nobody fits in."""
 THIRD = 1.0 / 3.0
+FRONT = 0
+"""The number of the edge of the outline that leads when the vehicle drives forward."""
 SEEN = False, None
 """All of the path is seen."""
 PROBE = 1e4
 """At this speed the path of a straight motion is as long as any sensor sees, m/s."""
+
+
+Seeing = tuple["FieldsOfView", "ControllerState"]
+"""The fields of view of a controller, and what it remembers."""
 
 
 class FieldsOfView:
@@ -41,13 +48,9 @@ class FieldsOfView:
         An argument of ``BrakeController``.
     settings : BrakeSettings
         The settings of the controller.
-    criteria : iterable of criteria
-        The criteria, of which ``StoppingDistance`` says how long it takes to stop.
     """
 
-    def __init__(
-        self, assessment: ThreatAssessment, views: Any, settings: BrakeSettings, criteria: Iterable[Criterion]
-    ) -> None:
+    def __init__(self, assessment: ThreatAssessment, views: Any, settings: BrakeSettings) -> None:
         self.views = tuple(views)
         for view in self.views:
             if not isinstance(view, ScanTTC):
@@ -58,45 +61,58 @@ class FieldsOfView:
         self._views = [ScanSweptPath(view) for view in self.views]
         self._slow = max(settings.creep_speed, settings.standstill_speed)
         self._timeout = settings.sensor_timeout
-        stopping = next((each for each in criteria if isinstance(each, StoppingDistance)), None)
-        stopping = stopping or StoppingDistance(deceleration=settings.deceleration)
-        self._reaction_time, self._deceleration = stopping.reaction_time, stopping.deceleration
+        self._reaction_time = assessment.stopping.reaction_time
+        self._twice_deceleration = 2.0 * assessment.stopping.deceleration
         self._narrow = NARROW if assessment.outline is None else widest_unseen(assessment.outline)
+        by_cloud = assessment.scan is None and assessment.path is not None
+        self._is_judged = assessment.scan_path is not None or bool(self._views) or by_cloud
 
-    def unseen(self, frame: Frame, state: ControllerState, motion: Motion | None) -> tuple[bool, int | None]:
-        """Return whether nothing looks at a part of the path, and the edge that a cloud turned out to look at."""
-        scan_path, views = self._assessment.scan_path, self._views
-        if motion is None or not (scan_path is not None or views):
+    def unseen(
+        self, frame: Frame, state: ControllerState, motion: Motion | None, others: Sequence[Seeing] = ()
+    ) -> tuple[bool, int | None]:
+        """Return whether nothing looks at a part of the path, and the edge that a cloud turned out to look at.
+
+        ``others`` are the fields of view of other controllers of the vehicle, and what these remember.
+        """
+        if motion is None or not self._is_judged:
             return SEEN
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
         if over_ground <= self._slow:
             return SEEN
-        ahead = self._reaction_time + over_ground / (2.0 * self._deceleration)
+        scan_path = self._assessment.scan_path
+        ahead = self._reaction_time + over_ground / self._twice_deceleration
         if (  # by far the most frequent case
             frame.ranges is not None
             and scan_path is not None
-            and not views
+            and not self._views
             and scan_path.unseen(speed, yaw_rate, lateral_speed, ahead=ahead) <= self._narrow
         ):
             return SEEN
         oldest = frame.now - self._timeout
-        has_cloud = frame.points is not None or state.cloud_at >= oldest
         looks: list[ScanSweptPath] = []
-        if scan_path is not None and (frame.ranges is not None or state.scan_at >= oldest):
-            looks = [scan_path]
-        if views and has_cloud:
-            looks += views
+        clouds: list[Seeing] = []
+        for fields, its in ((self, state), *others):
+            mine, by_scan = fields is self, fields._assessment.scan_path
+            if by_scan is not None and (its.scans.seen_at >= oldest or (mine and frame.ranges is not None)):
+                looks.append(by_scan)
+            if its.clouds.seen_at >= oldest or (mine and frame.points is not None):
+                looks += fields._views
+                clouds += [] if fields._views else [(fields, its)]
         if looks:
-            first, *others = looks
-            if first.unseen(speed, yaw_rate, lateral_speed, ahead=ahead, others=others) <= self._narrow:
-                return False, None
-        if views or not has_cloud:
-            return True, None
+            first, *more = looks
+            if first.unseen(speed, yaw_rate, lateral_speed, ahead=ahead, others=more) <= self._narrow:
+                return SEEN
         edge = leading_edge(speed, lateral_speed)
-        if frame.points is not None and self._finds_point(frame.points, speed, lateral_speed):
-            return False, edge
-        return state.cloud_looks.get(edge, -math.inf) < oldest, None
+        for fields, its in clouds:
+            if fields is self and frame.points is not None:
+                if edge == FRONT and self._assessment.scan is None:
+                    return SEEN
+                if self._finds_point(frame.points, speed, lateral_speed):
+                    return False, edge
+            if its.cloud_looks.get(edge, -math.inf) >= oldest:
+                return SEEN
+        return True, None
 
     def _finds_point(self, points: Any, speed: float, lateral_speed: float) -> bool:
         """Return whether a cloud has a point straight ahead of the edge that leads."""

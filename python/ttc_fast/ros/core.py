@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
+from ttc_fast.brake.receive import CLOCK_TOLERANCE
 from ttc_fast.brake.settings import BrakeSettings
-from ttc_fast.brake.state import CLOCK_TOLERANCE
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
 from ttc_fast.ros_messages import Commanded, Transform
 from ttc_fast.sensors.clock import ANOTHER_CLOCK, SET_BACK, Stamps, apart

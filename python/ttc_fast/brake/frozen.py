@@ -1,0 +1,174 @@
+"""Whether a sensor is frozen: it sends the same readings to the bit, under new stamps, while the vehicle drives.
+
+Readings scatter, so two scans of a real sensor are never equal. Those of a simulator may be: it publishes faster than
+it measures, the vehicle stands, an open field shows nothing, or a corridor looks the same all along. So readings that
+are equal are no evidence by themselves. They are stale if all of this holds since they came first:
+
+- The vehicle has driven ``DRIVEN``. That is more than a slow vehicle may drive while a simulator waits for its next
+  measurement, and less than what is needed to stop at the speeds at which it matters.
+- They are older than ``sensor_timeout``. A frozen sensor is as bad as a silent one, and not worse.
+- They contradict themselves: a return, were it at rest, would by now have come nearer than what is measured in its
+  direction. So what drives ahead at the very speed of the vehicle, without any scatter, is taken for frozen.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ttc_fast.brake.types import new
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ttc_fast.brake.receive import Frame
+    from ttc_fast.brake.settings import BrakeSettings
+    from ttc_fast.brake.threats import ThreatAssessment
+
+    Floats = NDArray[np.float64]
+
+DRIVEN = 0.75
+"""A vehicle that has driven so far sees something else, m."""
+FARTHEST = 1e4
+"""Points that are farther away than this are no returns, m."""
+TOLERANCE = 2e-3
+"""A return may be nearer by this than what is seen in its direction, m: readings are rounded."""
+MOST_BYTES = 1 << 15
+"""Of larger readings a part is compared, every so many rows."""
+BETWEEN_POINTS = 0.05
+"""Returns are compared with those this near in direction, rad, or one and a half beams."""
+
+
+class Driven(NamedTuple):
+    """How a vehicle has moved since readings came first.
+
+    Attributes
+    ----------
+    stamp : float
+        The stamp of the newest frame that had them, s.
+    way : float
+        The way that the vehicle has driven, m.
+    x, y, yaw : float
+        Where it has got by that, from where it was, m and rad.
+    """
+
+    stamp: float
+    way: float = 0.0
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+
+class Held(NamedTuple):
+    """The newest readings of a sensor.
+
+    Attributes
+    ----------
+    readings : bytes
+        The readings, or a part of them.
+    since : float
+        The stamp of the first frame that had them, s.
+    driven : Driven or None
+        How the vehicle has moved since then; None for the first frame.
+    is_frozen : bool
+        Whether the readings are stale.
+    """
+
+    readings: bytes = b""
+    since: float = -math.inf
+    driven: Driven | None = None
+    is_frozen: bool = False
+
+
+NEVER = Held()
+
+
+def hold(before: Held, frame: Frame, assessment: ThreatAssessment, settings: BrakeSettings) -> Held:
+    """Return what is held after a frame."""
+    readings = frame.ranges if frame.points is None else frame.points
+    is_small = type(readings) is np.ndarray and readings.nbytes < MOST_BYTES
+    bits = readings.tobytes() if is_small else bits_of(readings)
+    if bits != before.readings or not bits:
+        return new(Held, (bits, frame.stamp, None, False))
+    since, driven, motion, is_frozen = before.since, before.driven, frame.motion, before.is_frozen
+    stamp, way, x, y, yaw = driven or Driven(since)
+    if motion is not None and motion.over_ground > settings.standstill_speed:
+        passed = frame.stamp - stamp
+        cos, sin = math.cos(yaw) * passed, math.sin(yaw) * passed
+        x += motion.speed * cos - motion.lateral_speed * sin
+        y += motion.speed * sin + motion.lateral_speed * cos
+        yaw, way = yaw + motion.yaw_rate * passed, way + motion.over_ground * passed
+    if not is_frozen and way > DRIVEN and frame.stamp - since > settings.sensor_timeout:
+        is_frozen = contradict(*returns(frame, assessment), *moved(frame, assessment, x, y, yaw))
+    return Held(before.readings, since, Driven(frame.stamp, way, x, y, yaw), is_frozen)
+
+
+def bits_of(readings: Any) -> bytes:
+    """Return readings of any kind as bytes: those of a large cloud in part."""
+    if isinstance(readings, tuple) and readings and isinstance(readings[0], np.ndarray):
+        return b"".join(map(bits_of, readings))
+    rows = np.asarray(readings)
+    if rows.dtype.hasobject or not rows.ndim:
+        return b""
+    return rows[:: max(rows.nbytes // MOST_BYTES, 1)].tobytes()
+
+
+def returns(frame: Frame, assessment: ThreatAssessment) -> tuple[Floats, Floats, float]:
+    """Return directions, distances, and how far apart in direction two are that look at the same thing, rad.
+
+    Directions increase; the distance is inf where nothing was.
+    """
+    scan = assessment.scan
+    if frame.points is None and scan is not None:
+        distance = np.array(frame.ranges, np.float64)
+        bearing = np.remainder(np.asarray(scan.angles, np.float64) + math.pi, 2.0 * math.pi) - math.pi
+        seen = (distance >= scan.range_min) & ((distance <= scan.range_max) | (distance == math.inf))
+        free = scan.range_max if scan.limits is None else min(scan.limits[1], scan.range_max)
+        distance[distance >= free] = math.inf  # some drivers give the greatest range where nothing is
+        if scan.mask is not None:
+            seen &= ~np.asarray(scan.mask)
+        between = max(1.5 * abs(scan.angles[-1] - scan.angles[0]) / max(scan.beams - 1, 1), BETWEEN_POINTS)
+    else:
+        points = frame.points
+        if not isinstance(points, tuple):
+            points = np.asarray(points)
+            points = (points["x"], points["y"]) if points.dtype.names else (points[..., 0], points[..., 1])
+        x, y = (np.asarray(each, np.float64).ravel() for each in points[:2])
+        step = max(len(x) * 8 // MOST_BYTES, 1)
+        distance, bearing = np.hypot(x[::step], y[::step]), np.arctan2(y[::step], x[::step])
+        seen, between = (distance > 0.0) & (distance < FARTHEST), BETWEEN_POINTS
+    bearing, distance = bearing[seen], distance[seen]
+    order = np.argsort(bearing, kind="stable")
+    return bearing[order], distance[order], between
+
+
+def moved(frame: Frame, assessment: ThreatAssessment, x: float, y: float, yaw: float) -> tuple[float, float, float]:
+    """Return where the sensor has got, seen from where it was, when the vehicle has moved so; m and rad."""
+    scan = assessment.scan
+    if frame.points is not None or scan is None:
+        return x, y, yaw
+    x_mount, y_mount, yaw_mount = scan.mount
+    x += (math.cos(yaw) - 1.0) * x_mount - math.sin(yaw) * y_mount
+    y += (math.cos(yaw) - 1.0) * y_mount + math.sin(yaw) * x_mount
+    cos, sin = math.cos(yaw_mount), math.sin(yaw_mount)
+    return x * cos + y * sin, y * cos - x * sin, yaw
+
+
+def contradict(bearing: Floats, distance: Floats, between: float, x: float, y: float, yaw: float) -> bool:
+    """Return whether a return at rest would be in the way of what a sensor that has moved still sees."""
+    near = np.isfinite(distance)
+    if not near.any():
+        return False
+    ahead = distance[near] * np.cos(bearing[near]) - x
+    aside = distance[near] * np.sin(bearing[near]) - y
+    where = np.remainder(np.arctan2(aside, ahead) - yaw + math.pi, 2.0 * math.pi) - math.pi
+    after = np.searchsorted(bearing, where)
+    behind = np.full(len(where), math.inf)
+    looked = np.zeros(len(where), bool)
+    for neighbour in (np.maximum(after - 1, 0), np.minimum(after, len(bearing) - 1)):
+        looks = np.abs(bearing[neighbour] - where) <= between
+        behind = np.where(looks, np.minimum(behind, distance[neighbour]), behind)
+        looked |= looks
+    return bool((looked & (behind > np.hypot(ahead, aside) + TOLERANCE)).any())

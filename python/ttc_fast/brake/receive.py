@@ -1,0 +1,164 @@
+"""The first step of a decision: check what came, and make a frame of it. Nothing here is remembered."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ttc_fast._validate import finite, interval, not_nan, number
+from ttc_fast.brake.settings import BETWEEN_BEAMS
+from ttc_fast.brake.types import Estimate, Motion
+from ttc_fast.status import Status
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ttc_fast.brake.settings import BrakeSettings
+    from ttc_fast.brake.state import ControllerState
+    from ttc_fast.brake.threats import ThreatAssessment
+
+CLOCK_TOLERANCE = 0.1
+"""A stamp may lie this far in the future, s, because two clocks are never the same."""
+
+Newest = tuple["Motion | None", float, "Estimate | None", float]
+"""The newest odometry, its stamp, the newest estimate, and the stamp with which its numbers came first."""
+
+
+@dataclass(slots=True)
+class Frame:
+    """What came with an update, and what was known then.
+
+    Attributes
+    ----------
+    now, stamp : float
+        Time of the decision and of the measurement, s.
+    ranges, points
+        The scan or the cloud; both are None where the estimate is the frame.
+    estimate : Estimate or None
+        The newest estimate that is fresh.
+    motion : Motion or None
+        The newest odometry that is fresh.
+    commanded : Motion or None
+        What the vehicle would do if it were not braked, where that is given.
+    time_increment : float
+        The time between two beams of the scan, s.
+    path : ndarray, shape (N, 2), or None
+        The points that the vehicle will follow, m, where they are given.
+    """
+
+    now: float
+    stamp: float
+    ranges: Any
+    points: Any
+    estimate: Estimate | None
+    motion: Motion | None
+    commanded: Motion | None
+    time_increment: float
+    path: NDArray[np.float64] | None = None
+
+
+def receive(
+    state: ControllerState,
+    settings: BrakeSettings,
+    assessment: ThreatAssessment,
+    now: float,
+    ranges: Any,
+    points: Any,
+    stamp: Any,
+    motion: Any,
+    estimate: Any,
+    commanded: Any,
+    time_increment: Any,
+    path: Any,
+) -> tuple[Newest, Frame | None]:
+    """Check the arguments of an update; return the newest odometry and estimate, and the frame if one came."""
+    newest, motion_at, known, known_since = state.motion, state.motion_at, state.estimate, state.estimate_since
+    if motion is not None:
+        motion = checked_motion("motion", motion)
+        at = now if motion[3] is None else motion[3]
+        if motion_at <= at <= now + CLOCK_TOLERANCE:
+            newest, motion_at = motion, at
+    if commanded is not None:
+        commanded = checked_commanded(commanded)
+    between = settings.time_increment
+    if time_increment is not None:
+        ordinary = type(time_increment) is float and 0.0 <= time_increment <= 1.0  # which needs no call
+        between = time_increment if ordinary else BETWEEN_BEAMS.check("time_increment", time_increment)
+    if estimate is not None:
+        estimate = checked_estimate(estimate)
+        if not estimate.saw_nothing:
+            if not estimate.repeats(known):
+                known_since = estimate.stamp
+            known = estimate
+    remembered = newest, motion_at, known, known_since
+    if ranges is not None or points is not None:
+        if ranges is not None:
+            if points is not None:
+                raise ValueError("a frame must be ranges or points, not both: give each scan and each cloud an update")
+            if getattr(ranges, "ndim", 1) != 1:
+                raise ValueError(f"ranges must be one scan, of shape (beams,), got shape {tuple(ranges.shape)}")
+        if type(stamp) is not float or stamp - stamp != 0.0:
+            stamp = finite("stamp", stamp)
+        estimate = known
+        if estimate is not None:  # it is as old as the measurement that it rests on, or its first repetition
+            measured = min(estimate.stamp - estimate.age, known_since)
+            if estimate.stamp > now + CLOCK_TOLERANCE or now - measured > settings.sensor_timeout:
+                estimate = None
+    elif estimate is not None and assessment.only_estimates:
+        stamp = estimate.stamp
+    else:
+        return remembered, None
+    fresh = newest if -CLOCK_TOLERANCE <= now - motion_at <= settings.motion_timeout else None
+    if path is not None:
+        path = assessment.checked_path(path, fresh)
+    return remembered, Frame(now, stamp, ranges, points, estimate, fresh, commanded, between, path)
+
+
+def checked_motion(argument: str, value: Any) -> Motion:
+    """Return ``value`` as a Motion if its numbers are finite."""
+    try:
+        motion = value if type(value) is Motion else Motion(*value)
+    except TypeError:
+        raise TypeError(f"{argument} must be a Motion, such as Motion(4.0), got {value!r}") from None
+    speed, yaw_rate, lateral_speed, stamp = motion
+    try:
+        if math.isfinite(speed + yaw_rate + lateral_speed + (0.0 if stamp is None else stamp)):
+            return motion
+    except TypeError:
+        pass  # the loop finds which of them is not a number
+    for name, each in motion._asdict().items():
+        if each is not None or name != "stamp":
+            finite(f"{argument}.{name}", each)
+    return motion
+
+
+def checked_commanded(value: Any) -> Motion:
+    """Return the argument ``commanded``, a Motion or a speed, as a Motion."""
+    if isinstance(value, Motion):
+        return checked_motion("commanded", value)
+    return Motion(finite("commanded", value))
+
+
+def checked_estimate(value: Any) -> Estimate:
+    """Return ``value`` as an Estimate if its numbers make sense; NaN and None stand for what is not known."""
+    try:
+        estimate = Estimate(*value)
+    except TypeError:
+        raise TypeError(f"estimate must be an Estimate, such as Estimate.of(tracked, stamp), got {value!r}") from None
+    ttc = number("estimate.ttc", estimate.ttc)
+    if not ttc >= 0.0:
+        raise ValueError(f"estimate.ttc must be from 0 to inf, got {ttc:g}")
+    if not (estimate.status is None or isinstance(estimate.status, Status)):
+        raise TypeError(f"estimate.status must be None or a Status, such as Status.CLOSING, got {estimate.status!r}")
+    return Estimate(
+        finite("estimate.stamp", estimate.stamp),
+        ttc,
+        interval("estimate.ttc_interval", estimate.ttc_interval),
+        number("estimate.distance", estimate.distance),
+        number("estimate.closing_speed", estimate.closing_speed),
+        interval("estimate.closing_speed_interval", estimate.closing_speed_interval),
+        estimate.status,
+        not_nan("estimate.age", estimate.age, 0.0, "s"),
+    )
