@@ -11,7 +11,7 @@ SOURCES := pyproject.toml Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -
 RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 MATURIN := $(shell sed -n 's/^requires = \["\(.*\)"\]/\1/p' pyproject.toml)
 
-TARGETS := help test demo docs bench bench-check instructions lint ros1 ros2 wheel clean
+TARGETS := help test demo docs bench bench-check instructions lint fleet ros1 ros2 wheel clean
 .PHONY: $(TARGETS)
 .NOTPARALLEL:
 MAKEFLAGS += --no-builtin-rules
@@ -72,6 +72,8 @@ lint: $(VENV)/.has-lint ## check format, lints, types, stubs and words
 	$(BIN)/stubtest ttc_fast._core
 	$(call say,words)
 	$(BIN)/python tools/retired_words.py
+
+fleet: $(VENV)/.has-test $(VENV)/.has-fleet-test ## install Dask, s3fs and moto, so that the tests of many logs on a cluster and in a bucket run
 
 ros1: $(VENV)/.created ## install rospy from Debian or Ubuntu, so that the tests of the ROS node run
 	$(call say,rospy for $(VENV))

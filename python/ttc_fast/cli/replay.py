@@ -190,6 +190,6 @@ def _connected(address: str) -> Executor:
     from ttc_fast.replay.executors import Scheduler
 
     try:
-        return Scheduler(address)
+        return Scheduler.at(address)
     except (OSError, ValueError) as error:
         raise CommandError(FAILED, f"no Dask scheduler answers at {address}: {error}") from error

@@ -216,7 +216,7 @@ def _scratch_of_this_process() -> Path:
         lock = folder.with_name(f"{folder.name}.lock").open("w")
         _try_lock(lock)
         _OF_PROCESS[process] = folder, lock
-        weakref.finalize(_ALIVE, _clear, folder, process)
+        weakref.finalize(_ALIVE, _clear, folder, lock, process)
     return _OF_PROCESS[process][0]
 
 
@@ -227,10 +227,11 @@ class _Process:
 _ALIVE = _Process()
 
 
-def _clear(folder: Path, process: int) -> None:
+def _clear(folder: Path, lock: Any, process: int) -> None:
     if os.getpid() == process:  # and not that of a fork
         shutil.rmtree(folder, ignore_errors=True)
-        folder.with_name(f"{folder.name}.lock").unlink(missing_ok=True)
+        Path(lock.name).unlink(missing_ok=True)
+        lock.close()
 
 
 def _try_lock(file: Any) -> bool:

@@ -12,7 +12,8 @@ import os
 import signal
 import threading
 import time
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, InvalidStateError, ThreadPoolExecutor
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 GRACE = 10.0
 """s for which a process may clear up."""
+FETCHED = 60.0
+"""s for which a result may be on its way."""
 PATIENCE = 600.0
 """s for which a scheduler that is gone is waited for."""
 
@@ -136,43 +139,103 @@ def _how_it_ended(code: int | None) -> str:
 class Scheduler(Executor):
     """The workers of a Dask scheduler, which may be away for some minutes.
 
+    The executor that ``client.get_executor()`` gives waits for ever for a result whose scheduler goes while it is
+    fetched. This one asks the client itself: a result that is gone with its scheduler is cancelled.
+
     Parameters
     ----------
-    address : str
-        Where it listens, such as tcp://host:8786.
-
-    Raises
-    ------
-    OSError
-        If there is no scheduler.
+    client : distributed.Client
+        The client.
+    address : str, optional
+        Where the scheduler listens, such as tcp://host:8786: a client that has given up is replaced by another one.
+    **how
+        What ``client.submit`` takes beside the function and its arguments.
     """
 
-    def __init__(self, address: str) -> None:
-        self.address = address
-        self._client: Any = None
-        self._connect()
+    def __init__(self, client: Any, address: str | None = None, **how: Any) -> None:
+        self._client, self._address = client, address
+        self._how = {**how, "pure": False}
+        self._open: dict[Future[Any], Any] = {}
+        self._ended = threading.Event()
+        threading.Thread(target=self._watch, daemon=True).start()
 
-    def _connect(self) -> None:
-        from distributed import Client
-
-        self._client = Client(self.address, set_as_default=False)
-        self._executor = self._client.get_executor(pure=False)
+    @classmethod
+    def at(cls, address: str) -> Scheduler:
+        """Return the executor of the scheduler at an address; an OSError says that there is none."""
+        return cls(_client_of(address), address)
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
         """Let a worker call a function, and return the future of what it gives; wait for a scheduler that is gone."""
         deadline = time.monotonic() + PATIENCE
         while True:
             try:
-                if self._client.status not in ("running", "connecting"):
-                    self._connect()
-                future: Future[Any] = self._executor.submit(function, *arguments, **named)
-                return future
-            except Exception as error:  # distributed raises a bare Exception where a client is closed
-                if time.monotonic() > deadline:
-                    raise RuntimeError(f"there is no scheduler at {self.address} any more: {error}") from error
+                there = self._client.submit(function, *arguments, **named, **self._how)
+                break
+            except Exception as error:  # the client is closed
+                if self._address is None or time.monotonic() > deadline:
+                    raise RuntimeError(f"the Dask scheduler is gone: {error}") from error
                 time.sleep(1.0)
+                with suppress(OSError):
+                    self._client = _client_of(self._address)
+        here: Future[Any] = Future()
+        self._open[here] = there
+        here.add_done_callback(self._forget)
+        there.add_done_callback(lambda there: _hand_on(there, here))
+        return here
+
+    def _forget(self, here: Future[Any]) -> None:
+        there = self._open.pop(here, None)
+        if here.cancelled() and there is not None and there.status == "pending":
+            there.cancel()
+
+    def _watch(self) -> None:
+        """Cancel what a client that has given up will not hand on any more."""
+        while not self._ended.wait(1.0):
+            client = self._client
+            if client.status == "closed":
+                for here, there in list(self._open.items()):
+                    if there.client is client:
+                        _cancel(here)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the scheduler; what was submitted and is not done is cancelled."""
+        """Leave the scheduler, and close a client of our own; what was submitted and is not done is cancelled."""
         del wait, cancel_futures
-        self._client.close()
+        self._ended.set()
+        for here in list(self._open):
+            _cancel(here)
+        if self._address is not None:
+            self._client.close()
+
+
+def adapted(executor: Executor) -> Executor:
+    """Return the executor, or one that loses nothing in the stead of that of a Dask client."""
+    client = getattr(executor, "_client", None)
+    if client is None or not type(executor).__module__.startswith("distributed."):
+        return executor
+    return Scheduler(client, **getattr(executor, "_kwargs", {}))
+
+
+def _client_of(address: str) -> Any:
+    from distributed import Client
+
+    return Client(address, set_as_default=False)
+
+
+def _hand_on(there: Any, here: Future[Any]) -> None:
+    """Give a future what came of one of Dask."""
+    try:
+        if there.status == "finished":
+            here.set_result(there.result(timeout=FETCHED))
+        elif there.status == "error":
+            here.set_exception(there.exception(timeout=FETCHED))
+        else:
+            _cancel(here)
+    except InvalidStateError:
+        pass  # it was cancelled meanwhile
+    except Exception:  # the result is gone with its scheduler or its worker
+        _cancel(here)
+
+
+def _cancel(here: Future[Any]) -> None:
+    if here.cancel():
+        here.set_running_or_notify_cancel()

@@ -31,7 +31,7 @@ from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import LogError
 from ttc_fast.logs.storage import StorageError, absolute, found, located, remove, size_and_time, written_whole
 from ttc_fast.replay.dataset import Dataset, Made, Replayed, digest_of
-from ttc_fast.replay.executors import Processes
+from ttc_fast.replay.executors import Processes, adapted
 from ttc_fast.replay.output import OutputError, each_of, play, prepare_folder
 from ttc_fast.replay.row import ParquetWriter
 from ttc_fast.replay.run import Replay
@@ -209,13 +209,13 @@ def replay_many(
     typed = ON_COMMAND_LINE.get()
     common = settings, dataset, again, typed
     tasks = [Task(number, log, file, picture, *common) for number, (log, file, picture) in enumerate(each_file)]
-    run = _Run(tasks, executor or Processes(jobs), progress)
+    run = _Run(tasks, Processes(jobs) if executor is None else adapted(executor), progress)
     done = False
     try:
         run.to_the_end()
         done = True
     finally:
-        if executor is None:
+        if run.executor is not executor:
             run.executor.shutdown(cancel_futures=not done)
         if dataset is not None:
             dataset.end(run.in_order())
