@@ -149,10 +149,7 @@ def stopping_time(speed: float) -> float:
 
 def true_ttc(segments: Any, speed: float, curvature: float, outline: tuple[float, float, float, float]) -> float:
     """Return the time until the outline touches a segment that stands, by small steps; infinite beyond the last."""
-    way = speed * FUTURE
-    turn = curvature * way
-    chord = way * np.sinc(turn / (2.0 * np.pi))
-    first = first_touch(segments, chord * np.cos(turn / 2.0), chord * np.sin(turn / 2.0), turn, outline)
+    first = first_touch(segments, speed, curvature, FUTURE, outline)
     return float(FUTURE[first]) if first >= 0 else math.inf
 
 

@@ -95,7 +95,7 @@ class Mover:
 
     def at(self, time: float) -> Floats:
         """Return the segments at a time."""
-        return self.segments + np.tile(self.velocity, 2) * self.travelled(time)
+        return self.segments + np.array(2 * self.velocity) * self.travelled(time)
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class World:
 
     def at(self, time: float) -> Floats:
         """Return all segments at a time."""
-        return np.concatenate([self.walls, *(mover.at(time) for mover in self.movers)])
+        return np.concatenate([self.walls, *(mover.at(time) for mover in self.movers)]) if self.movers else self.walls
 
 
 def box(x: float, y: float, length: float, width: float, heading: float = 0.0) -> Floats:
@@ -163,12 +163,27 @@ def touch(segments: Floats, outline: tuple[float, float, float, float]) -> bool:
 
 @numba.njit(cache=True)
 def first_touch(
-    segments: Floats, x: Floats, y: Floats, heading: Floats, outline: tuple[float, float, float, float]
+    segments: Floats, speed: float, curvature: float, times: Floats, outline: tuple[float, float, float, float]
 ) -> int:
-    """Return the first of many poses in which any of the segments meets the outline, or -1."""
-    for pose in range(len(x)):
-        if touch(seen_from(segments, x[pose], y[pose], heading[pose]), outline):
-            return pose
+    """Return the first of the times at which the outline, moving on in a bend, meets any of the segments, or -1."""
+    longest = np.hypot(max(-outline[0], outline[1]), max(-outline[2], outline[3])) + abs(speed) * times[-1]
+    near = np.empty_like(segments)
+    count = 0
+    for segment in segments:
+        x, y, along_x, along_y = segment[0], segment[1], segment[2] - segment[0], segment[3] - segment[1]
+        length = along_x * along_x + along_y * along_y
+        part = min(max(-(x * along_x + y * along_y) / length, 0.0), 1.0) if length > 0.0 else 0.0
+        if np.hypot(x + part * along_x, y + part * along_y) <= longest:
+            near[count] = segment
+            count += 1
+    if count == 0:
+        return -1
+    for at in range(len(times)):
+        way = speed * times[at]
+        half = curvature * way / 2.0
+        chord = way * (math.sin(half) / half if half != 0.0 else 1.0)
+        if touch(seen_from(near[:count], chord * math.cos(half), chord * math.sin(half), 2.0 * half), outline):
+            return at
     return -1
 
 

@@ -9,6 +9,7 @@ round: ``berlin mirrored``, ``berlin reversed``.
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -79,14 +80,24 @@ class Line:
 
     def nearest(self, x: float, y: float, near: int | None = None) -> int:
         """Return the point nearest to a place; with ``near``, among the 80 about that one."""
-        if near is None:
-            return int(np.argmin((self.x - x) ** 2 + (self.y - y) ** 2))
-        around = (near + np.arange(-40, 40)) % len(self.x)
-        return int(around[np.argmin((self.x[around] - x) ** 2 + (self.y[around] - y) ** 2)])
+        begin, count = (0, len(self.x)) if near is None else (near - 40, 80)
+        return int(nearest_of(self.x, self.y, x, y, begin, count))
 
     def ahead(self, index: int, distance: float) -> NDArray[np.intp]:
         """Return the points from ``index`` on over a distance, m."""
         return (index + np.arange(int(distance / self.spacing) + 2)) % len(self.x)
+
+
+@numba.njit(cache=True)
+def nearest_of(line_x: Floats, line_y: Floats, x: float, y: float, begin: int, count: int) -> int:
+    """Return the point of a closed line that is nearest to a place, among ``count`` from one on."""
+    best, least = 0, np.inf
+    for step in range(count):
+        at = (begin + step) % len(line_x)
+        apart = (line_x[at] - x) ** 2 + (line_y[at] - y) ** 2
+        if apart < least:
+            best, least = at, apart
+    return best
 
 
 @dataclass(frozen=True)
@@ -114,15 +125,6 @@ class Course:
     origin: Floats
     line: Line
 
-    def at(self, x: Floats, y: Floats) -> Floats:
-        """Return the clearance of places, m; 0 beyond the map."""
-        rows, columns = self.clearance.shape
-        column = ((x - self.origin[0]) / self.resolution).astype(np.intp)
-        row = ((y - self.origin[1]) / self.resolution).astype(np.intp)
-        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-        cells = np.where(inside, row * columns + column, 0)
-        return np.where(inside, self.clearance.ravel()[cells], 0.0)
-
     def rays(self, x: float, y: float, angles: Floats, longest: float = 30.0) -> Floats:
         """Return the distance to the wall in each direction, m, at most ``longest``; to a quarter of a cell."""
         left, low = self.origin
@@ -130,16 +132,29 @@ class Course:
 
     def hits(self, x: float, y: float, heading: float, outline: tuple[float, float, float, float]) -> bool:
         """Return whether a rectangle in a pose touches a wall."""
-        x_rear, x_front, y_right, y_left = outline
-        reach = np.hypot(max(-x_rear, x_front), max(-y_right, y_left))
-        if self.at(np.array([x]), np.array([y]))[0] > reach + CORNER * self.resolution:
-            return False
-        step = self.resolution / 2.0
-        along, across = np.arange(x_rear, x_front + step, step), np.arange(y_right, y_left + step, step)
-        px = np.concatenate([along, along, np.full_like(across, x_rear), np.full_like(across, x_front)])
-        py = np.concatenate([np.full_like(along, y_right), np.full_like(along, y_left), across, across])
-        cos, sin = np.cos(heading), np.sin(heading)
-        return bool((self.at(x + px * cos - py * sin, y + px * sin + py * cos) == 0.0).any())
+        left, low = self.origin
+        return touches(self.clearance, self.resolution, x - left, y - low, heading, outline)
+
+
+@numba.njit(cache=True)
+def touches(
+    clearance: Floats, resolution: float, x: float, y: float, heading: float, outline: tuple[float, float, float, float]
+) -> bool:
+    """Return whether the edges of a rectangle, half a cell from point to point, touch a wall or leave the map."""
+    x_rear, x_front, y_right, y_left = outline
+    rows, columns = clearance.shape
+    step, cos, sin = resolution / 2.0, math.cos(heading), math.sin(heading)
+    along, across = int((x_front - x_rear) / step) + 2, int((y_left - y_right) / step) + 2
+    for point in range(2 * (along + across)):
+        if point < 2 * along:
+            px, py = min(x_rear + point // 2 * step, x_front), y_right if point % 2 else y_left
+        else:
+            beside = point - 2 * along
+            px, py = x_rear if beside % 2 else x_front, min(y_right + beside // 2 * step, y_left)
+        column, row = (x + px * cos - py * sin) / resolution, (y + px * sin + py * cos) / resolution
+        if not (0.0 <= column < columns and 0.0 <= row < rows) or clearance[int(row), int(column)] == 0.0:
+            return True
+    return False
 
 
 @numba.njit(cache=True)
