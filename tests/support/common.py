@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import platform
 import tracemalloc
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,9 @@ from ttc_fast import reference
 if TYPE_CHECKING:
     from collections.abc import Callable
     from multiprocessing.connection import Connection
+
+LEVELS = ["neon"] if platform.machine() in ("aarch64", "arm64") else ["baseline", "avx2", "avx512"]
+"""The instruction-set levels of the processor's family, the lowest first."""
 
 CAR = (-0.1, 0.4, -0.15, 0.15)
 """x_rear, x_front, y_right, y_left, m: a car of 0.5 m by 0.3 m, its origin 0.4 m behind the bumper."""

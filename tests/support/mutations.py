@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,18 +13,35 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+SEED = int(os.environ.get("TTC_FAST_SEED", "0"))
+CORPUS = Path(__file__).parents[1] / "logs" / "corpus"
+"""Damaged logs that were once read wrongly."""
+
 WORDS = (b"\xff" * 4, bytes(4), b"\xff\xff\xff\x7f", b"\0\0\0\x80", b"-1", b"nan", b"inf", b"1e999", b"9" * 40, b"\n")
 """Bytes that lengths, counts and numbers are made of where something goes wrong."""
 
 
 def mutations(content: bytes, count: int, seed: int) -> Iterator[bytes]:
-    """Yield the content damaged in one to three places, ``count`` times, the same for the same seed."""
-    rng = np.random.default_rng(seed)
+    """Yield the content damaged in one to three places, ``count`` times, the same for the same seeds."""
+    rng = np.random.default_rng(SEED + seed)
     for _ in range(count):
         damaged = bytearray(content)
         for _ in range(int(rng.integers(1, 4))):
             _damage(damaged, rng)
         yield bytes(damaged)
+
+
+@contextmanager
+def kept(path: Path) -> Iterator[None]:
+    """Put a log into the folder that ``TTC_FAST_CORPUS`` names, if what is done with it fails."""
+    try:
+        yield
+    except Exception:
+        if folder := os.environ.get("TTC_FAST_CORPUS"):
+            content = path.read_bytes()
+            name = hashlib.sha256(content).hexdigest()[:12] + "." + path.name.partition(".")[2]
+            Path(folder).joinpath(name).write_bytes(content)
+        raise
 
 
 def _damage(content: bytearray, rng: np.random.Generator) -> None:

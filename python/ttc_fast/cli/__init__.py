@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast import SIMD_LEVEL, __version__
 from ttc_fast._extras import EXTRAS, install
 from ttc_fast._settings import ON_COMMAND_LINE, hint
-from ttc_fast.cli import bench, demo, node, replay
+from ttc_fast.cli import bench, demo, doctor, node, replay
 from ttc_fast.cli.exits import DONE, EXIT_CODES, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
 from ttc_fast.logs import LogError
 
@@ -98,7 +98,7 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
     parser.add_argument("--version", action="version", version=f"ttc-fast {__version__}, kernels: {SIMD_LEVEL}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     each: dict[str, argparse.ArgumentParser] = {parser.prog: parser}
-    for name, command in (("replay", replay), ("demo", demo), ("bench", bench), ("node", node)):
+    for name, command in (("replay", replay), ("demo", demo), ("bench", bench), ("node", node), ("doctor", doctor)):
         options = each[f"{parser.prog} {name}"] = commands.add_parser(
             name,
             usage=getattr(command, "USAGE_LINE", None),

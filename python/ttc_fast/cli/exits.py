@@ -17,7 +17,7 @@ __all__ = [
 EXIT_CODES = f"""\
 exit codes:
   {DONE}    done
-  {FAILED}    the output could not be written, or the answers of bench differ
+  {FAILED}    the output could not be written, or the answers of bench or doctor differ
   {USAGE}    the command line makes no sense, or the settings of the node
   {UNREADABLE}    the log cannot be read, or makes no sense with these settings
   {MISSING_EXTRA}    an optional package is missing; the message says how to install it

@@ -1,6 +1,4 @@
-//! Time-to-collision kernels. No Python here: see the `ttc-fast-python` crate for the binding.
-//!
-//! Data flow one way: from memory of the caller through a [`column::Column`] into a kernel, and out as a plain result.
+#![doc = include_str!("../README.md")]
 
 pub mod alignment;
 pub mod camera;

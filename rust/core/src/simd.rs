@@ -2,7 +2,7 @@
 //!
 //! A kernel is written once, as plain loops over small arrays ("lanes"), and compiled three times: for the
 //! processor family's baseline, for AVX2 and for AVX-512. [`Level::run`] picks the copy at run time. On other
-//! processors than x86-64 the baseline is all there is (on aarch64 it includes NEON).
+//! processors than x86-64 the baseline is all there is; on aarch64 it includes NEON, and is called that.
 //!
 //! Where a loop over lanes does not become the one instruction that a processor has for it, the instruction is named in
 //! [`Instructions`], beside the loop that says what it does and that every other processor runs.
@@ -200,6 +200,9 @@ impl Level {
     /// The level that every processor of the family has.
     pub const BASELINE: Level = Level(Set::Baseline);
 
+    /// What [`Level::at_most`] knows, the lowest first. Names of other families' levels mean the best one below.
+    pub const NAMES: [&str; 4] = ["baseline", "neon", "avx2", "avx512"];
+
     /// The highest level of this processor.
     #[must_use]
     pub fn best() -> Level {
@@ -224,21 +227,18 @@ impl Level {
     #[must_use]
     pub fn at_most(name: &str) -> Option<Level> {
         match name {
-            "baseline" => Some(Level::BASELINE),
             #[cfg(target_arch = "x86_64")]
             "avx2" => Some(Level(Set::Avx2).min(Level::best())),
             #[cfg(target_arch = "x86_64")]
             "avx512" => Some(Level(Set::Avx512).min(Level::best())),
-            #[cfg(not(target_arch = "x86_64"))]
-            "avx2" | "avx512" => Some(Level::BASELINE),
-            _ => None,
+            _ => Level::NAMES.contains(&name).then_some(Level::BASELINE),
         }
     }
 
     /// Every level of this processor, the lowest first.
     #[must_use]
     pub fn all() -> Vec<Level> {
-        let mut levels: Vec<Level> = ["baseline", "avx2", "avx512"].into_iter().filter_map(Level::at_most).collect();
+        let mut levels: Vec<Level> = Level::NAMES.into_iter().filter_map(Level::at_most).collect();
         levels.dedup();
         levels
     }
@@ -261,6 +261,7 @@ impl Level {
 impl fmt::Display for Level {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self.0 {
+            Set::Baseline if cfg!(target_arch = "aarch64") => "neon",
             Set::Baseline => "baseline",
             #[cfg(target_arch = "x86_64")]
             Set::Avx2 => "avx2",

@@ -14,7 +14,8 @@ pub fn choose_level() -> PyResult<String> {
         Err(_) => Level::best(),
         Ok(name) => Level::at_most(&name).ok_or_else(|| {
             PyValueError::new_err(format!(
-                "{VARIABLE} must be baseline, avx2 or avx512, got {name:?}; unset it for the best"
+                "{VARIABLE} must be one of {}, got {name:?}; unset it for the best",
+                Level::NAMES.join(", ")
             ))
         })?,
     };
