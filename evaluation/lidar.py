@@ -208,6 +208,14 @@ ROAD = Scanner(jitter=0.001, ring_offsets=0.018)
 """A scanner whose rings disagree by as much as those of KITTI."""
 
 
+STEP = 0.01
+"""The step of simulated motion, s."""
+EVERY = round(1.0 / (RATE * STEP))
+"""The steps from one frame to the next."""
+NEAREST = 3.0
+"""A drive ends before the gap is smaller than this, m."""
+
+
 @dataclass(frozen=True)
 class RoadDrive:
     """A car that is followed on a road: drivers correct their speed all the time, and the own car nods slowly.
@@ -225,21 +233,29 @@ class RoadDrive:
     def frames(self) -> list[Frame]:
         """Return what the scanner sees, turn by turn, while anything is left of the gap."""
         rng = np.random.default_rng([2026, self.seed])
-        step, count = 0.01, round(self.duration * 100) + 1
-        acceleration = self._acceleration(rng, step, count)
-        speed = rng.uniform(0.5, 4.0) + step * np.cumsum(acceleration)
-        distance = rng.uniform(6.0, 14.0) + 1.5 * speed[0] - step * np.cumsum(speed)
-        pitch = self._pitch(rng, step, count)
+        distances, speeds = self._motion(rng)
+        pitch = self._pitch(rng, STEP, len(distances))
         rings = self.scanner.ring_offsets * rng.standard_normal(len(self.scanner.rings))
         y, drift = rng.uniform(-0.3, 0.3), rng.uniform(-0.1, 0.1)
         frames = []
-        for now in range(0, count, round(1.0 / (RATE * step))):
-            if distance[now] < 3.0:
+        for now in range(0, len(distances), EVERY):
+            if distances[now] < NEAREST:
                 break
-            rear = Pose(float(distance[now]), y + drift * step * now)
+            rear = Pose(float(distances[now]), y + drift * STEP * now)
             points = turn(self.scanner, [rear], rng, float(pitch[now]), rings)
-            frames.append(Frame(step * now, points, float(distance[now]), float(speed[now])))
+            frames.append(Frame(STEP * now, points, float(distances[now]), float(speeds[now])))
         return frames
+
+    def motion(self) -> tuple[Floats, Floats]:
+        """Return distance and closing speed of each frame, while anything is left of the gap."""
+        distances, speeds = (each[::EVERY] for each in self._motion(np.random.default_rng([2026, self.seed])))
+        left = np.append(distances < NEAREST, True).argmax()
+        return distances[:left], speeds[:left]
+
+    def _motion(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
+        acceleration = self._acceleration(rng, STEP, round(self.duration / STEP) + 1)
+        speed = rng.uniform(0.5, 4.0) + STEP * np.cumsum(acceleration)
+        return rng.uniform(6.0, 14.0) + 1.5 * speed[0] - STEP * np.cumsum(speed), speed
 
     def _acceleration(self, rng: np.random.Generator, step: float, count: int) -> Floats:
         size, kept = rng.choice([0.3, 0.5, 1.0]), np.exp(-step / 0.6)

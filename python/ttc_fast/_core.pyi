@@ -44,6 +44,7 @@ __all__ = [
     "RangeRateNearest",
     "Road",
     "RoadFit",
+    "ScaleTracker",
     "ScanSweptPath",
     "ScanTTC",
     "SlidingLine",
@@ -1041,6 +1042,29 @@ class DistanceTracker(_Remembers):
     def max_gap(self) -> float: ...
     @property
     def max_speed(self) -> float: ...
+    @property
+    def min_closing_speed(self) -> float: ...
+
+@final
+class ScaleTracker(_Remembers):
+    def __new__(
+        cls, distance: _Number = 10.0, *, max_gap: _Number = 1.0, min_closing_speed: _Number = 0.05
+    ) -> Self: ...
+    def update(
+        self,
+        scale: _Number | None,
+        stamp: _Number,
+        spread: _Number | None = None,
+        *,
+        distance: _Number | None = None,
+        distance_noise: _Number | None = None,
+        displacement: _Number | None = None,
+        displacement_noise: _Number | None = None,
+    ) -> TrackedTTC: ...
+    @property
+    def distance(self) -> float: ...
+    @property
+    def max_gap(self) -> float: ...
     @property
     def min_closing_speed(self) -> float: ...
 

@@ -37,7 +37,7 @@ NEEDED: dict[str, dict[str, Any]] = {
 }
 """Arguments that have to be given."""
 OTHERS = ["Gate", "Alignment", "DistanceTracker", "CloudTracker", "KalmanCA", "KalmanCV", "SlidingLine", "AlphaBeta"]
-OTHERS += ["SlidingParabola", "TheilSen", "EstimatedNoise", "Consensus"]
+OTHERS += ["ScaleTracker", "SlidingParabola", "TheilSen", "EstimatedNoise", "Consensus"]
 PAIRS = {"limits", "x", "y", "z", "intensity"}
 WHOLES = {"scan", "beams", "points", "min_points", "confirm", "trials", "seed", "threads", "min_scans"}
 

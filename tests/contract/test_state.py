@@ -48,6 +48,13 @@ def distance(frame: int) -> float:
     return float("nan") if frame % 11 == 7 else (6.0 if frame > 30 else 20.0) - 0.3 * frame % 9 + noise
 
 
+def scale(tracker: Any, frame: int) -> Any:
+    """A target that grows, with misses, and a distance now and then."""
+    seen = None if frame % 11 == 7 else 1.02 + 0.002 * np.sin(37.0 * frame)
+    known = {"distance": 9.0 - 0.15 * frame, "distance_noise": 0.1} if frame % 7 == 3 else {}
+    return tracker.update(seen, 1.7e9 + 0.1 * frame, 1e-3, **known)
+
+
 def wall(frame: int) -> Any:
     y, z = (side.ravel() for side in np.meshgrid(np.linspace(-0.8, 0.8, 17), np.linspace(-1.0, 0.5, 11)))
     x = (25.0 if frame % 9 else 7.0) - 0.3 * frame
@@ -92,6 +99,22 @@ KEPT = {
             lambda tracker, frame: tracker.update(1e300, 1e10 + frame),
             lambda tracker, frame: tracker.update(8.0 - frame, 1e10 + frame, 1e-170),
             lambda tracker, frame: tracker.update(8.0 - frame, 1e10 + 1e-6 * frame, 1e200),
+        ],
+    ),
+    "ScaleTracker": Kept(
+        make=lambda: ttc_fast.ScaleTracker(max_gap=0.8),
+        update=scale,
+        other_shape=lambda: ttc_fast.DistanceTracker(),
+        refused=[
+            lambda tracker: tracker.update("larger", 1.0, 1e-3),
+            lambda tracker: tracker.update(1.1, None, 1e-3),
+            lambda tracker: tracker.update(-1.1, 1.8e9, 1e-3),
+            lambda tracker: tracker.update(None, 1.8e9, distance=3.0),
+        ],
+        extreme=[
+            lambda tracker, frame: tracker.update(1e300, 1e10 + frame, 1e-300),
+            lambda tracker, frame: tracker.update(1e-300, 1e10 + 0.1 * frame, 1e300),
+            lambda tracker, frame: tracker.update(None, 1e10 + 0.1 * frame, distance=-1e300, distance_noise=1e200),
         ],
     ),
     "CloudTracker": Kept(

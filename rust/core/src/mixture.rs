@@ -30,7 +30,7 @@ const FRAME_NOISES: [(f64, f64); 3] = [(0.4, 0.3e-3), (0.4, 2e-3), (0.2, 6e-3)];
 /// A variance that keeps matrices regular, m^2.
 const ROUNDING: f64 = 1e-9;
 /// The error of a speed as a share of it, which no number of frames averages out.
-const SYSTEMATIC: f64 = 0.015;
+pub(crate) const SYSTEMATIC: f64 = 0.015;
 
 /// Position and speed at the newest frame, and the covariance of their errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

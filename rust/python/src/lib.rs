@@ -84,6 +84,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<trackers::KalmanCA>()?;
     m.add_class::<trackers::EstimatedNoise>()?;
     m.add_class::<trackers::distance::DistanceTracker>()?;
+    m.add_class::<trackers::scale::ScaleTracker>()?;
     m.add_class::<camera::MedianRatio>()?;
     m.add_class::<camera::TrimmedMeanRatio>()?;
     m.add_class::<camera::LeastSquares>()?;

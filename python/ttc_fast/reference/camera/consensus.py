@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ttc_fast.reference.camera.similarity import Similarity, fitted, squared_residuals, through, total
+from ttc_fast.reference.camera.similarity import squared_residuals, through, total
 from ttc_fast.reference.camera.spread import strained
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast._core import Consensus
+    from ttc_fast.reference.camera.similarity import Similarity
 
     Doubles = NDArray[np.float64]
     Bools = NDArray[np.bool_]
@@ -37,20 +38,12 @@ def inliers(search: Consensus, before: Doubles, now: Doubles) -> Bools | None:
     if best is None:
         return None
     those = squared_residuals(best, before, now) <= squared
-    for fit in (fitted, strained):
-        those = _refined(fit, before, now, those, squared)
-    return those
-
-
-def _refined(fit: Any, before: Doubles, now: Doubles, those: Bools, squared: float) -> Bools:
-    """Find the matches that agree with a map that is fitted to them, from those of a first guess."""
     rounded = (before == now).sum() > UNCHANGED * before.size
     for _ in range(MOST_ROUNDS):
-        found = fit(before[those], now[those])
+        found = strained(before[those], now[those])
         if found is None:
             break
-        is_similarity = isinstance(found, Similarity)
-        residuals = squared_residuals(found, before, now) if is_similarity else found.squared_residuals(before, now)
+        residuals = found.squared_residuals(before, now)
         variance = total(residuals[those]) / (2 * those.sum())
         limit = squared if rounded else min(squared, variance * WIDTH_SQUARED)
         following = residuals <= max(limit, min(squared, LEAST_TOLERANCE * LEAST_TOLERANCE))

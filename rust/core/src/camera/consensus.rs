@@ -2,7 +2,7 @@
 //!
 //! A match that does not belong to the body ahead, be it background or a mismatch, moves in another way. So the
 //! similarity that most matches agree with is looked for, by two matches at a time. It is refined
-//! until it is fitted to the matches that agree with it, first as it is and then with the strain that they show.
+//! until it is fitted to the matches that agree with it, with the strain that they show.
 
 use super::matches::Matches;
 use super::similarity::Similarity;
@@ -37,12 +37,18 @@ impl Ransac {
         let squared = self.tolerance * self.tolerance;
         let best = self.best_of_pairs(matches, squared, level)?;
         let mut agreed = inliers(matches, |p, c| best.squared_residual(p, c), squared);
-        agreed = refined(matches, agreed, squared, |those| {
-            Similarity::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c))
-        });
-        agreed = refined(matches, agreed, squared, |those| {
-            Strained::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c))
-        });
+        let rounded = is_rounded(matches);
+        for _ in 0..MOST_ROUNDS {
+            let Some(fitted) = Strained::fitted(&matches.select(&agreed)) else { break };
+            let residual = |p, c| fitted.squared_residual(p, c);
+            let limit = if rounded { squared } else { squared.min(noise(matches, &agreed, residual) * WIDTH_SQUARED) };
+            let limit = limit.max(squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE));
+            let next = inliers(matches, residual, limit);
+            if next.len() < 3 || next == agreed {
+                break;
+            }
+            agreed = next;
+        }
         Some(matches.select(&agreed))
     }
 
@@ -64,27 +70,6 @@ impl Ransac {
         }
         best
     }
-}
-
-/// The matches that agree with a map that is fitted to them, from those of a first guess.
-fn refined<T: Real, R: Fn([f64; 2], [f64; 2]) -> f64>(
-    matches: &Matches<T>,
-    mut agreed: Vec<usize>,
-    squared: f64,
-    fit: impl Fn(&Matches<T>) -> Option<R>,
-) -> Vec<usize> {
-    let rounded = is_rounded(matches);
-    for _ in 0..MOST_ROUNDS {
-        let Some(residual) = fit(&matches.select(&agreed)) else { break };
-        let limit = if rounded { squared } else { squared.min(noise(matches, &agreed, &residual) * WIDTH_SQUARED) };
-        let limit = limit.max(squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE));
-        let next = inliers(matches, &residual, limit);
-        if next.len() < 3 || next == agreed {
-            break;
-        }
-        agreed = next;
-    }
-    agreed
 }
 
 /// The numbers of the matches whose squared residual is at most `squared`.

@@ -7,6 +7,7 @@ use super::answer::TrackedTtc;
 use super::association::DistanceTracker;
 use super::filter::{KalmanFilter, Measurement, State};
 use super::repeats::Repeats;
+use super::scale::{ScaleSettings, ScaleTracker, Target};
 use super::settings::Settings;
 use super::track::{Filter, InnovationCorrelation, Track};
 use super::window::MOST;
@@ -19,10 +20,7 @@ impl DistanceTracker {
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let mut out = vec![self.origin.unwrap_or(f64::NAN), self.newest, self.noise.sum, self.noise.weight];
-        let TrackedTtc { ttc, ttc_interval, distance, closing_speed, closing_speed_interval, status, age } =
-            self.answer;
-        out.extend([ttc, distance, closing_speed, age, f64::from(status as u8)]);
-        out.extend([ttc_interval, closing_speed_interval].into_iter().flat_map(|ends| ends.unwrap_or([f64::NAN; 2])));
+        write_answer(&mut out, &self.answer);
         out.extend([self.repeats.value, self.repeats.since]);
         out.extend(self.repeats.steps.into_iter().chain(self.repeats.dwells));
         for track in [&self.confirmed, &self.tentative] {
@@ -51,18 +49,7 @@ impl DistanceTracker {
         self.origin = origin.is_finite().then_some(origin);
         self.newest = reader.finite()?;
         (self.noise.sum, self.noise.weight) = (reader.not_negative()?, reader.not_negative()?);
-        let [ttc, distance, closing_speed, age] = reader.many(Reader::any)?;
-        let status = Status::ALL.get(reader.count(Status::ALL.len() - 1)?).copied()?;
-        let mut ends = || {
-            let [low, high] = reader.many(Reader::any)?;
-            Some((!low.is_nan()).then_some([low, high]))
-        };
-        let (ttc_interval, closing_speed_interval) = (ends()?, ends()?);
-        self.answer = TrackedTtc { ttc, ttc_interval, distance, closing_speed, closing_speed_interval, status, age };
-        let negative = |time: f64| time.is_nan() || time < 0.0;
-        if negative(ttc) || ttc_interval.is_some_and(|ends| ends.into_iter().any(negative)) {
-            return None;
-        }
+        self.answer = read_answer(&mut reader)?;
         self.repeats = Repeats {
             value: reader.any()?,
             since: reader.finite()?,
@@ -78,6 +65,71 @@ impl DistanceTracker {
         }
         reader.left.is_empty().then_some(())
     }
+}
+
+impl ScaleTracker {
+    /// Everything that the tracker remembers, without its settings. A tracker made by
+    /// [`from_numbers`](Self::from_numbers) goes on from there, bit for bit.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<f64> {
+        let Target { members, is_metric, speeds, distances, too_far, spread, measured } = &self.target;
+        let mut out = vec![self.origin.unwrap_or(f64::NAN), self.newest, *measured, *spread];
+        out.extend([f64::from(u8::from(*is_metric)), f64::from(*speeds), f64::from(*distances), f64::from(*too_far)]);
+        write_answer(&mut out, &self.answer);
+        members.iter().for_each(|member| {
+            out.push(member.evidence);
+            write_kalman(&mut out, &member.filter);
+        });
+        out
+    }
+
+    /// A tracker that goes on from the [`numbers`](Self::numbers) of one with the same settings.
+    ///
+    /// # Errors
+    /// When a setting is out of its domain, or the numbers are not those of such a tracker.
+    pub fn from_numbers(settings: ScaleSettings, numbers: &[f64]) -> Result<Self, Error> {
+        let mut tracker = ScaleTracker::new(settings)?;
+        tracker.read(Reader { left: numbers }).ok_or_else(|| {
+            Error::new("state", "must be what state() gave of a ScaleTracker; its numbers are not such")
+        })?;
+        Ok(tracker)
+    }
+
+    fn read(&mut self, mut reader: Reader<'_>) -> Option<()> {
+        let origin = reader.any()?;
+        self.origin = origin.is_finite().then_some(origin);
+        self.newest = reader.finite()?;
+        self.target.measured = reader.finite()?;
+        self.target.spread = reader.not_negative()?;
+        self.target.is_metric = reader.count(1)? == 1;
+        let mut whole = || u32::try_from(reader.count(u32::MAX as usize)?).ok();
+        (self.target.speeds, self.target.distances, self.target.too_far) = (whole()?, whole()?, whole()?);
+        self.answer = read_answer(&mut reader)?;
+        for member in &mut self.target.members {
+            member.evidence = reader.finite()?;
+            read_kalman(&mut reader, &mut member.filter)?;
+        }
+        (reader.left.is_empty() && self.target.is_finite()).then_some(())
+    }
+}
+
+fn write_answer(out: &mut Vec<f64>, answer: &TrackedTtc) {
+    let TrackedTtc { ttc, ttc_interval, distance, closing_speed, closing_speed_interval, status, age } = *answer;
+    out.extend([ttc, distance, closing_speed, age, f64::from(status as u8)]);
+    out.extend([ttc_interval, closing_speed_interval].into_iter().flat_map(|ends| ends.unwrap_or([f64::NAN; 2])));
+}
+
+fn read_answer(reader: &mut Reader<'_>) -> Option<TrackedTtc> {
+    let [ttc, distance, closing_speed, age] = reader.many(Reader::any)?;
+    let status = Status::ALL.get(reader.count(Status::ALL.len() - 1)?).copied()?;
+    let mut ends = || {
+        let [low, high] = reader.many(Reader::any)?;
+        Some((!low.is_nan()).then_some([low, high]))
+    };
+    let (ttc_interval, closing_speed_interval) = (ends()?, ends()?);
+    let negative = |time: f64| time.is_nan() || time < 0.0;
+    let wrong = negative(ttc) || ttc_interval.is_some_and(|ends| ends.into_iter().any(negative));
+    (!wrong).then_some(TrackedTtc { ttc, ttc_interval, distance, closing_speed, closing_speed_interval, status, age })
 }
 
 fn write_track(out: &mut Vec<f64>, track: &Track) {

@@ -2,6 +2,7 @@
 
 pub mod cloud;
 pub mod distance;
+pub mod scale;
 
 use crate::macros::{choices, results, settings_class};
 use pyo3::IntoPyObjectExt;
@@ -22,10 +23,11 @@ use ttc_fast_core::tracker::{Method, Noise, TrackedTtc};
 /// closing_speed : float
 ///     m/s, positive when approaching; NaN where it is not known.
 /// ttc_interval : tuple of float or None
-///     The truth lies in it nine times of ten, s. Its upper end is inf where the gap may not be closing. None where
-///     ``closing_speed_interval`` is None.
+///     The truth lies in it nine times of ten, s. Its upper end is inf where the gap may not be closing. None while
+///     warming up, and where there is no target.
 /// closing_speed_interval : tuple of float or None
-///     The truth lies in it nine times of ten, m/s. None while warming up, and where there is no target.
+///     The truth lies in it nine times of ten, m/s. None where ``ttc_interval`` is None, and where a camera alone
+///     tells the time and not the speed.
 /// age : float
 ///     The time since the newest measurement that was not the one before handed over again, s; inf before the first.
 ///     Above 0 the answer is predicted, unless the target stands and is seen without noise.
