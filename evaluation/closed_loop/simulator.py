@@ -222,7 +222,7 @@ class Scanner:
         ranges += rng.normal(0.0, self.noise, BEAMS)
         ranges[ranges > RANGE_MAX] = np.inf
         speckled = rng.random(BEAMS) < self.speckle
-        ranges[speckled] = rng.uniform(RANGE_MIN, np.minimum(ranges[speckled], RANGE_MAX))
+        ranges[speckled] = rng.uniform(RANGE_MIN, np.clip(ranges[speckled], RANGE_MIN, RANGE_MAX))
         ranges[rng.random(BEAMS) < self.dropouts] = np.nan
         return ranges
 
