@@ -3,14 +3,12 @@
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +16,7 @@ import pyarrow.parquet
 import pytest
 
 from tests.support.bucket import bucket
+from tests.support.cluster import address_of, cluster_in, free_port
 from tests.support.fleet import contents, logs_of_every_kind
 from ttc_fast.cli import main
 from ttc_fast.logs import LogError, open_log, storage
@@ -52,53 +51,6 @@ def expected(logs: list[Path], tmp_path_factory: pytest.TempPathFactory) -> dict
     results = replay_many(logs, out=out, jobs=1)
     assert sorted({each.exit_code for each in results}) == [0, 5]
     return contents(out)
-
-
-def address_of(port: int) -> str:
-    return f"tcp://127.0.0.1:{port}"
-
-
-def free_port() -> int:
-    with socket.socket() as any_port:
-        any_port.bind(("127.0.0.1", 0))
-        return int(any_port.getsockname()[1])
-
-
-class Cluster:
-    """A scheduler and two workers, started by Dask's commands."""
-
-    def __init__(self, folder: Path, port: int) -> None:
-        self.folder, self.address = folder, address_of(port)
-        self.running: list[subprocess.Popen[bytes]] = []
-        self.port = str(port)
-        self.scheduler = self.start_scheduler()
-
-    def start(self, *arguments: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "dask", *arguments]
-        with (self.folder / f"{arguments[0]}.log").open("ab") as log:
-            process = subprocess.Popen(command, stdout=log, stderr=log, cwd=self.folder, start_new_session=True)
-        self.running.append(process)
-        return process
-
-    def start_scheduler(self) -> subprocess.Popen[bytes]:
-        return self.start("scheduler", "--host", "127.0.0.1", "--port", self.port, "--no-dashboard")
-
-    def start_worker(self) -> subprocess.Popen[bytes]:
-        return self.start("worker", self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny")
-
-    def end(self) -> None:
-        for process in self.running:
-            process.kill()
-            process.wait()
-
-
-@contextmanager
-def cluster_in(folder: Path) -> Iterator[Cluster]:
-    cluster = Cluster(folder, free_port())
-    try:
-        yield cluster
-    finally:
-        cluster.end()
 
 
 def test_a_cluster_whose_workers_are_killed_gives_what_one_process_gives(
