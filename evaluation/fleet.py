@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import os
 import pickle
+import resource
 import shutil
 import signal
 import tempfile
@@ -32,6 +33,7 @@ from tests.support.log_files import FILES
 from ttc_fast.configuration import Configuration
 from ttc_fast.replay import Settings, many, replay_many, sample
 from ttc_fast.replay.executors import Scheduler
+from ttc_fast.replay.output import Files
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -97,6 +99,11 @@ def two_workers(cluster: Cluster, *, killed: bool) -> Iterator[list[int]]:
         over.set()
         if killed:
             killer.join()
+
+
+def cpu() -> float:
+    """Return the CPU time of this process and of those that it has waited for, s."""
+    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
 
 
 def timed(paths: list[Any], out: Any, **how: Any) -> tuple[float, list[Replayed]]:
@@ -187,24 +194,30 @@ def main() -> None:
         logs = make_logs(folder, count)
         size = sum(file.stat().st_size for file in (folder / "logs").rglob("*") if file.is_file())
         print(f"{count} logs, {size / 1e6:.0f} MB; load of the machine {os.getloadavg()[0]:.1f}", flush=True)
+        before = cpu()
         seconds, one = timed(logs, folder / "one", jobs=1)
+        of_one = cpu() - before
         expected = contents(folder / "one")
-        same("one process", folder / "one", expected, seconds, count)
+        same("one process", folder / "one", expected, seconds, count, f", CPU {of_one:.1f} s")
         codes = {code: sum(each.exit_code == code for each in one) for code in sorted({each.exit_code for each in one})}
-        task = many.Task(0, logs[0], None, None, SETTINGS, None, False, False)
+        task = many.Task(0, logs[0], Files(), SETTINGS, None, False, False)
         sent, back = len(pickle.dumps(task)), sum(len(pickle.dumps(each)) for each in one) / count
         written = sum(map(len, expected.values())) / count
         what = f"task {sent} bytes, result {back:.0f}, part and line {written:.0f}"
         print(f"exit codes {codes}; a log: {what}", flush=True)
+        before = cpu()
         two, _ = timed(logs, folder / "two", jobs=2)
-        same("two processes", folder / "two", expected, two, count, f", {two / seconds:.2f} of one")
+        more = f", {two / seconds:.2f} of one; CPU {(cpu() - before) / of_one:.2f} of one"
+        same("two processes", folder / "two", expected, two, count, more)
+        before = cpu()
         with (
             cluster_in(folder) as cluster,
             two_workers(cluster, killed=False),
             Scheduler.at(cluster.address) as executor,
         ):
             dask, _ = timed(logs, folder / "dask", executor=executor)
-        same("dask scheduler, two workers", folder / "dask", expected, dask, count, f", {dask / seconds:.2f} of one")
+        more = f", {dask / seconds:.2f} of one; CPU with all that starts {(cpu() - before) / of_one:.2f} of one"
+        same("dask scheduler, two workers", folder / "dask", expected, dask, count, more)
         with cluster_in(folder) as cluster:
             cluster.start_worker()
             with Scheduler.at(cluster.address) as executor:

@@ -11,6 +11,7 @@ EXTRAS = {
     "matplotlib": "plot",
     "mcap": "log",
     "pyarrow": "parquet",
+    "rerun": "rerun",
     "rich": "log",
     "s3fs": "fleet",
     "zstandard": "log",

@@ -44,6 +44,7 @@ def run(arguments: argparse.Namespace) -> None:
     import matplotlib  # noqa: F401 - if it is missing, that is said before the table is printed
 
     from ttc_fast.replay import sample
+    from ttc_fast.replay.output import Files
     from ttc_fast.replay.run import SAMPLES, name_of
     from ttc_fast.replay.terminal import line, open_console
 
@@ -52,6 +53,6 @@ def run(arguments: argparse.Namespace) -> None:
         name = name_in(path)
         console.print(f"Replay: {name_of(path) if isinstance(path, Path) else name}.\n", style="bold")
         picture = arguments.out / f"{name.split('.')[0]}.png"
-        played = show(path, settings, console, arguments.rows, None, picture)
+        played = show(path, settings, console, arguments.rows, Files(plot=picture))
         check(played)
         line(console, "picture", f"{picture}\n")

@@ -6,6 +6,7 @@ workers of a Dask scheduler, and end in a table with a line each.
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ttc_fast.replay import Replay, Settings
+    from ttc_fast.replay.output import Files
 
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
 USAGE_LINE = "ttc-fast replay [OPTION ...] PATH [PATH ...]"
@@ -62,6 +64,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     out.add_argument(
         "--plot", type=located, metavar="FILE", help="Draw a picture, .png or .svg; of several logs one each."
     )
+    out.add_argument(
+        "--rerun", type=located, metavar="FILE", help="Write a recording for Rerun, .rrd; of several logs one each."
+    )
     options.add_rows(out)
     out.add_argument(
         "--jobs", type=options.positive_count, metavar="N", help="Replay in at most N processes (default: all cores)."
@@ -73,22 +78,22 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Replay one log or several."""
+    from ttc_fast.replay.output import Files
+    from ttc_fast.replay.terminal import open_console
+
     settings = options.settings(arguments)
-    into_folder = _check_outputs(arguments.out, arguments.plot)
+    files = Files(arguments.out, arguments.plot, arguments.rerun)
+    into_folder = _check_outputs(files)
     logs = found(arguments.paths)
     if len(logs) > 1 or into_folder or arguments.scheduler is not None:
         run_many(logs, settings, arguments, into_folder=into_folder)
         return
-    from ttc_fast.replay.terminal import open_console
-
     spare_logs(logs, [arguments.out])
-    played = show(logs[0], settings, open_console(), arguments.rows, arguments.out, arguments.plot)
+    played = show(logs[0], settings, open_console(), arguments.rows, files)
     check(played)
 
 
-def show(
-    path: Location, settings: Settings, console: Console, rows: int, out: Location | None, plot: Location | None
-) -> Replay:
+def show(path: Location, settings: Settings, console: Console, rows: int, files: Files) -> Replay:
     """Replay one log: write its rows, draw it, and print rows and summary."""
     from ttc_fast.replay import Replay
     from ttc_fast.replay.output import OutputError, play
@@ -96,7 +101,7 @@ def show(
 
     try:
         replay = Replay(path, settings)
-        play(replay, show_live(replay, console), out, plot)
+        play(replay, show_live(replay, console), files)
     except ConfigurationError as error:  # settings that make no sense for this log are a mistake of usage
         raise CommandError(USAGE, f"{path}: {settings.typed(error)}") from error
     except OutputError as error:
@@ -114,12 +119,12 @@ def check(played: Replay) -> None:
         raise CommandError(UNREADABLE, f"{played.summary.path}: has no frames")
 
 
-def _check_outputs(out: Location | None, plot: Location | None) -> bool:
+def _check_outputs(files: Files) -> bool:
     """Raise if a name says no format, or a package that it needs is missing; return whether rows go into a folder."""
     from ttc_fast.replay.output import PICTURES, suffix_of
     from ttc_fast.replay.row import WRITERS
 
-    into_folder = False
+    into_folder, (out, plot, rerun) = False, files
     if out is not None:
         suffix = suffix_of(out)
         into_folder = not suffix or (isinstance(out, Path) and out.is_dir())
@@ -127,10 +132,14 @@ def _check_outputs(out: Location | None, plot: Location | None) -> bool:
             raise CommandError(USAGE, f"--out must end in {', '.join(WRITERS)}, or be a folder, got {out}")
         if into_folder or suffix == ".parquet":
             import pyarrow  # noqa: F401
-    if plot is not None:
-        if suffix_of(plot) not in PICTURES:
-            raise CommandError(USAGE, f"--plot must end in .png or .svg, got {plot}")
+    if plot is not None and suffix_of(plot) not in PICTURES:
+        raise CommandError(USAGE, f"--plot must end in .png or .svg, got {plot}")
+    if rerun is not None and suffix_of(rerun) != ".rrd":
+        raise CommandError(USAGE, f"--rerun must end in .rrd, got {rerun}")
+    if plot is not None or rerun is not None:
         import matplotlib  # noqa: F401
+    if rerun is not None:
+        import_module("rerun")
     return into_folder
 
 
@@ -165,6 +174,7 @@ def run_many(logs: list[Location], settings: Settings, arguments: argparse.Names
                 again=arguments.again,
                 rows=rows,
                 plot=arguments.plot,
+                rerun=arguments.rerun,
                 progress=progress,
             )
     except OutputError as error:

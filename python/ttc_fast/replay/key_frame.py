@@ -1,4 +1,4 @@
-"""What the bird's eye view of a replay shows: the key frame, with the outline, the swept path and the threats."""
+"""What the bird's eye view of a frame of a replay shows: the outline, the swept path and the threats."""
 
 from __future__ import annotations
 
@@ -18,10 +18,8 @@ CAR_WIDTH, CAR_LENGTH = 1.8, 4.2
 """The size of the vehicle where only its bumper is known, m."""
 
 
-def view_of(replay: Replay) -> View:
-    """Return the view of the key frame."""
-    assert replay.key_frame is not None
-    row, frame = replay.key_frame
+def view_of(replay: Replay, row: Row, frame: Any) -> View:
+    """Return the view of a frame of scans or clouds with its row."""
     scans, outline = isinstance(replay.pipeline, Scans), replay.pipeline.outline
     on_path = scans or row.beam >= 0
     view = (_scan if scans else _cloud)(replay, row, frame)

@@ -32,14 +32,14 @@ from ttc_fast.logs import LogError
 from ttc_fast.logs.storage import StorageError, absolute, found, located, remove, size_and_time, written_whole
 from ttc_fast.replay.dataset import Dataset, Made, Replayed, digest_of
 from ttc_fast.replay.executors import Processes, adapted
-from ttc_fast.replay.output import OutputError, each_of, play, prepare_folder
+from ttc_fast.replay.output import Files, OutputError, each_of, play, prepare_folder, through
 from ttc_fast.replay.row import ParquetWriter
 from ttc_fast.replay.run import Replay
 from ttc_fast.replay.settings import Settings
 from ttc_fast.replay.summary import Summary
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable
     from concurrent.futures import Executor, Future
     from os import PathLike
 
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from ttc_fast.replay.row import Row
 
 ATTEMPTS = 4
-WINDOW = 1000
+WINDOW = 10_000
 TICK = 0.5
 """s after which progress is shown even if nothing was done."""
 
@@ -99,8 +99,8 @@ class Task:
         How often it was tried before.
     log : Location
         The log.
-    rows, plot : Location or None
-        The file of rows and the picture.
+    files : Files
+        What is written of it beside the part.
     settings : Settings
         The settings.
     dataset : Dataset or None
@@ -115,8 +115,7 @@ class Task:
 
     number: int
     log: Location
-    rows: Location | None
-    plot: Location | None
+    files: Files
     settings: Settings
     dataset: Dataset | None
     again: bool
@@ -140,6 +139,7 @@ def replay_many(
     again: bool = False,
     rows: str | PathLike[str] | None = None,
     plot: str | PathLike[str] | None = None,
+    rerun: str | PathLike[str] | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> list[Replayed]:
     """Replay many logs, and lose none: each has a result, also where it cannot be read or its worker is killed.
@@ -160,9 +160,9 @@ def replay_many(
         the same version and settings when its size and time were the same, is not replayed again.
     again : bool
         Replay those as well.
-    rows, plot : path, optional
-        A file of rows (.csv, .jsonl, .parquet) and a picture (.png, .svg) for each log, with the name of the log behind
-        the name that is given.
+    rows, plot, rerun : path, optional
+        A file of rows (.csv, .jsonl, .parquet), a picture (.png, .svg) and a recording for Rerun (.rrd) for each log,
+        with the name of the log behind the name that is given. A log that is left out gets none.
     progress : function, optional
         It is called with a ``Progress`` once in a while.
 
@@ -194,7 +194,7 @@ def replay_many(
     """
     settings = Settings() if settings is None else settings
     logs = found(paths)
-    files = [None if each is None else located(each) for each in (rows, plot)]
+    files = [None if each is None else located(each) for each in (rows, plot, rerun)]
     if executor is not None or out is not None:  # workers may be in another folder, and a later run as well
         logs, files = [absolute(each) for each in logs], [each and absolute(each) for each in files]
     for each in files:
@@ -205,10 +205,12 @@ def replay_many(
         logs = list(dict.fromkeys(logs))
         dataset = Dataset(absolute(located(out)), uuid.uuid4().hex[:8])
         dataset.begin()
-    each_file = zip(logs, each_of(files[0], logs), each_of(files[1], logs), strict=True)
+    of_each = map(Files, *(each_of(each, logs) for each in files))
     typed = ON_COMMAND_LINE.get()
-    common = settings, dataset, again, typed
-    tasks = [Task(number, log, file, picture, *common) for number, (log, file, picture) in enumerate(each_file)]
+    tasks = [
+        Task(number, log, each, settings, dataset, again, typed)
+        for number, (log, each) in enumerate(zip(logs, of_each, strict=True))
+    ]
     run = _Run(tasks, Processes(jobs) if executor is None else adapted(executor), progress)
     done = False
     try:
@@ -329,17 +331,11 @@ def _into_part(task: Task, dataset: Dataset) -> Replayed:
             return replay
         with written_whole(part, dataset.unfinished) as file, ParquetWriter(file, task.name) as writer:
             if isinstance(replay, Replay):
-                replay = _played(task, replay, _through(replay, writer), made)
+                replay = _played(task, replay, through(replay, writer), made)
             dataset.note(writer, replay)
     except OSError as error:
         raise OutputError(f"cannot write {part}: {error.strerror or error}") from error
     return replay
-
-
-def _through(rows: Iterable[Row], writer: ParquetWriter) -> Iterator[Row]:
-    for row in rows:
-        writer.write(row)
-        yield row
 
 
 def _opened(task: Task, made: Made | None) -> Replay | Replayed:
@@ -358,7 +354,7 @@ def _opened(task: Task, made: Made | None) -> Replay | Replayed:
 
 def _played(task: Task, replay: Replay, rows: Iterable[Row], made: Made | None) -> Replayed:
     try:
-        play(replay, rows, task.rows, task.plot)
+        play(replay, rows, task.files)
     except ConfigurationError as error:
         return _without_rows(task, f"{task.name}: {error}", USAGE, made)
     summary = replay.summary

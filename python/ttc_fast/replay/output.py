@@ -1,17 +1,18 @@
-"""What comes out of the replay of a log: a file of rows, and a picture."""
+"""What comes out of the replay of a log: a file of rows, a picture, and a recording to scrub through."""
 
 from __future__ import annotations
 
 import errno
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ttc_fast.logs import LogError
 from ttc_fast.logs.storage import Location, is_url, join, name_in, written_whole
 from ttc_fast.replay.row import WRITERS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from ttc_fast.replay.row import Row, Writer
     from ttc_fast.replay.run import Replay
@@ -28,8 +29,26 @@ def suffix_of(place: Location) -> str:
     return Path(name_in(place)).suffix.lower()
 
 
-def play(replay: Replay, rows: Iterable[Row], out: Location | None, plot: Location | None) -> None:
-    """Replay to the end, write rows and draw. The summary says what was lost on the way.
+class Files(NamedTuple):
+    """What is to be written of a log; None is not.
+
+    Attributes
+    ----------
+    rows : Location or None
+        The file of rows: .csv, .jsonl or .parquet.
+    plot : Location or None
+        The picture: .png or .svg.
+    rerun : Location or None
+        The recording for Rerun: .rrd.
+    """
+
+    rows: Location | None = None
+    plot: Location | None = None
+    rerun: Location | None = None
+
+
+def play(replay: Replay, rows: Iterable[Row], files: Files) -> None:
+    """Replay to the end, and write what is asked for. The summary says what was lost on the way.
 
     Parameters
     ----------
@@ -37,10 +56,8 @@ def play(replay: Replay, rows: Iterable[Row], out: Location | None, plot: Locati
         The replay.
     rows : iterable of Row
         Its rows, or what passes them on.
-    out : Location or None
-        The file of rows.
-    plot : Location or None
-        The picture.
+    files : Files
+        What is to be written.
 
     Raises
     ------
@@ -49,41 +66,43 @@ def play(replay: Replay, rows: Iterable[Row], out: Location | None, plot: Locati
     ConfigurationError
         If a setting makes no sense for the log.
     """
-    if out is None:
-        read_to_the_end(rows)
-    else:
-        _into(out, "choose another --out", lambda file: _write(rows, WRITERS[suffix_of(out)](file)))
-    if plot is not None and replay.summary.frames:
+    with ExitStack() as stack:
+        if files.rerun is not None:
+            from ttc_fast.replay.scrub import recorded
+
+            rows = recorded(replay, rows, stack.enter_context(_file(files.rerun, "choose another place")))
+        if files.rows is not None:
+            file = stack.enter_context(_file(files.rows, "choose another --out"))
+            rows = through(rows, stack.enter_context(WRITERS[suffix_of(files.rows)](file)))
+        with suppress(LogError):  # the summary says it
+            for _ in rows:
+                pass
+    if files.plot is not None and replay.summary.frames:
         from ttc_fast.replay.picture import save
 
-        _into(plot, "choose another place", lambda file: save(replay, file))
+        with _file(files.plot, "choose another place") as file:
+            save(replay, file)
 
 
-def _into(place: Location, how: str, write: Callable[[Path], None]) -> None:
-    """Let a function write a file; what goes to a URL is written whole or not at all."""
+def through(rows: Iterable[Row], writer: Writer) -> Iterator[Row]:
+    """Pass rows on, and write each."""
+    for row in rows:
+        writer.write(row)
+        yield row
+
+
+@contextmanager
+def _file(place: Location, how: str) -> Iterator[Path]:
+    """Yield the path to write to. What goes to a URL is there when it is whole."""
     try:
         if isinstance(place, Path):
             make_folder(place.parent)
-            write(place)
+            yield place
         else:
             with written_whole(place, join(place.rpartition("/")[0], ".unfinished")) as file:
-                write(file)
+                yield file
     except OSError as error:
         raise OutputError(f"cannot write {place}: {error.strerror or error}; {how}") from error
-
-
-def read_to_the_end(rows: Iterable[Row], take: Callable[[Row], None] = lambda _: None) -> None:
-    """Read rows to the end. What of the log was lost stands in the summary."""
-    try:
-        for row in rows:
-            take(row)
-    except LogError:
-        pass  # the summary says it
-
-
-def _write(rows: Iterable[Row], writer: Writer) -> None:
-    with writer:
-        read_to_the_end(rows, writer.write)
 
 
 def make_folder(folder: Path) -> None:

@@ -56,14 +56,14 @@ def draw(replay: Replay) -> Figure:
     matplotlib.figure.Figure
         The picture. It has a canvas of its own, so that no display is needed.
     """
-    from_above = replay.key_frame is not None and not hasattr(replay.log, "column")
+    seen = None if hasattr(replay.log, "column") else replay.key_frame
     title = f"{name_of(replay.log.path)}, {replay.summary.pace}"
-    figure = open_figure(title, _footnote(replay), SIZE if from_above else NARROW)
-    grid = figure.add_gridspec(3, 2 if from_above else 1, height_ratios=(1, 0.8, 1.5))
+    figure = open_figure(title, _footnote(replay), SIZE if seen else NARROW)
+    grid = figure.add_gridspec(3, 2 if seen else 1, height_ratios=(1, 0.8, 1.5))
     ttc = draw_history(figure, grid, _history(replay), lambda axes: _mark_events(axes, replay))
     _mark_key_frame(ttc, replay)
-    if from_above:
-        draw_birds_eye(figure.add_subplot(grid[:, 1]), view_of(replay))
+    if seen:
+        draw_birds_eye(figure.add_subplot(grid[:, 1]), view_of(replay, *seen))
     return figure
 
 

@@ -160,6 +160,8 @@ class Replay:
         The summary of the rows so far.
     series : Series
         The rows to draw and to print.
+    frame : frame or None
+        The frame of the row that came last.
     key_frame : (Row, frame) or None
         The frame that the picture shows, with its row: the first that brakes for a criterion, or else the one of least
         TTC.
@@ -197,6 +199,7 @@ class Replay:
         self.summary = Summary(origin(self.log.path), self.threshold, settings.sensor_timeout)
         self.summary.assumed = "; ".join(filter(None, (self.log.assumed, self.pipeline.assumed)))
         self.series = Series()
+        self.frame: Any = None
         self.key_frame: tuple[Row, Any] | None = None
 
     def __iter__(self) -> Iterator[Row]:
@@ -216,6 +219,7 @@ class Replay:
                 if key_frame is not None:
                     self.key_frame = key_frame, frame if key_frame is row else before
                 add(row)
+                self.frame = frame
                 yield row
             refused.raise_if_any(summary.frames)
         except LogError as error:
