@@ -3,7 +3,24 @@
 from enum import IntEnum
 
 
-class Status(IntEnum):
+class NamedInt(IntEnum):
+    """An integer that prints as its name: ``print(status)`` and ``f"{status}"`` give CLOSING, ``f"{status:d}"`` 2.
+
+    Examples
+    --------
+    >>> from ttc_fast import Status
+    >>> print(Status.CLOSING, f"{Status.CLOSING:>8}", f"{Status.CLOSING:d}", Status.CLOSING == 2)
+    CLOSING  CLOSING 2 True
+    """
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        return int.__format__(self, spec) if spec[-1:] in "bcdeEfFgGnoxX%" and spec else format(self.name, spec)
+
+
+class Status(NamedInt):
     """What a time-to-collision means.
 
     A float cannot say whether nothing is there or nothing was seen, so a status stands beside it. The values are fixed;
@@ -53,7 +70,7 @@ class Status(IntEnum):
     INVALID = 9
 
 
-class Detection(IntEnum):
+class Detection(NamedInt):
     """What ``robust_min_x`` found in a cloud.
 
     Attributes
@@ -80,7 +97,7 @@ class Detection(IntEnum):
     NO_DATA = 3
 
 
-class RoadStatus(IntEnum):
+class RoadStatus(NamedInt):
     """Whether ``fit_road`` found a road in a cloud.
 
     Attributes

@@ -1,5 +1,7 @@
 """Numbers, lists, tuples and tensors where an array is taken, and the lines of a course as students type them."""
 
+import json
+import pickle
 import subprocess
 import sys
 from array import array
@@ -10,7 +12,9 @@ import pytest
 
 import ttc_fast
 from ttc_fast import reference
+from ttc_fast.brake import Source
 
+SCAN = ttc_fast.ScanTTC(0.0, 0.1, 3)
 every_module = pytest.mark.parametrize("module", [ttc_fast, reference], ids=["kernels", "reference"])
 
 
@@ -105,3 +109,29 @@ def test_millimetres_are_suspected_of_distances_only() -> None:
 def test_a_rate_without_its_name_is_explained() -> None:
     with pytest.raises(TypeError, match="takes the rate by name, because its sign depends on it"):
         ttc_fast.ittc(np.full(2, 10.0), -5.0)  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (SCAN, r"got a ScanTTC, which goes by its name: BrakeController\(scan=\.\.\.\)"),
+        (np.ones(3), r"ranges go to update\(now, ranges=\.\.\.\), and their scanner .*scan=ScanTTC"),
+        (ttc_fast.IttcThreshold(1.0), r"such as \[IttcThreshold\(threshold=1\.0\)\]"),
+    ],
+)
+def test_a_first_argument_that_is_no_criteria_says_where_it_goes(given: Any, said: str) -> None:
+    with pytest.raises(TypeError, match=said):
+        ttc_fast.BrakeController(given)
+
+
+def test_a_batch_of_batches_says_how_it_becomes_one() -> None:
+    with pytest.raises(ValueError, match=r"got shape \[2, 2, 3\]; ranges\.reshape\(-1, 3\) is a batch"):
+        SCAN.min(np.ones((2, 2, 3)), 1.0)
+
+
+def test_enumerations_print_their_names() -> None:
+    kinds = (ttc_fast.Status, ttc_fast.Detection, ttc_fast.RoadStatus, ttc_fast.Command, ttc_fast.Reason, Source)
+    for each in (member for kind in kinds for member in kind):
+        assert str(each) == f"{each}" == each.name
+        assert f"{each:d}" == str(int(each)) == json.dumps(each)
+        assert pickle.loads(pickle.dumps(each)) is each

@@ -230,16 +230,39 @@ def test_a_missing_package_is_in_the_extra_that_is_named() -> None:
     assert {"rich", "matplotlib"} <= brought_by("demo")
 
 
+@pytest.mark.parametrize("command", ["replay", "demo", "bench", "node"])
+def test_help_fits_a_screen_and_begins_with_examples(
+    command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    said = capsys.readouterr().out
+    assert len(said.splitlines()) <= 40
+    assert said.partition("\n\n")[2].startswith(f"  ttc-fast {command}")
+    assert "--help-all has every option" in said
+
+
+def test_without_a_command_it_shows_what_one_can_do(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["ttc-fast"])
+    assert main() == main([]) == 0
+    said = capsys.readouterr().out
+    assert said.count("  ttc-fast replay drive.bag") == 2
+    assert len(said.splitlines()) <= 80
+
+
 def test_help_explains(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
-        main(["replay", "--help"])
+        main(["replay", "--help-all"])
     said = capsys.readouterr().out
     assert all(word in said for word in ("exit codes:", "--outline", "--criterion", "--config", "--sensor-height"))
 
 
 def test_help_fits_a_terminal_but_for_the_list_of_formats(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
-        main(["replay", "--help"])
+        main(["replay", "--help-all"])
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 120
 
 

@@ -196,7 +196,6 @@ def test_a_picture_that_cannot_be_written(tmp_path: Path, capsys: pytest.Capture
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "COMMAND"),
         (["demo", "--speed", "nan"], "argument --speed: must be a finite number, got 'nan'"),
         (["replay", str(SCANS), "--rows", "-1"], "argument --rows: must be a whole number from 0, got '-1'"),
         (["replay"], "PATH"),
@@ -215,7 +214,7 @@ def test_a_senseless_command_line_is_exit_code_2(
 @pytest.mark.parametrize("command", [[], ["replay"], ["demo"], ["bench"]])
 def test_help_lists_the_exit_codes(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
-        main([*command, "--help"])
+        main([*command, "--help-all"])
     assert ended.value.code == 0
     assert "exit codes:" in capsys.readouterr().out
 

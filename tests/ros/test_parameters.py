@@ -193,7 +193,7 @@ def test_the_package_needs_every_package_that_the_nodes_import() -> None:
 
 def test_help_lists_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
-        main(["node", "--help"])
+        main(["node", "--help-all"])
     shown = " ".join(capsys.readouterr().out.split())
     for each in parameters_of_node():
         assert f"{each.name} {each.description}" in shown

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
+
+from ttc_fast.status import NamedInt
 
 if TYPE_CHECKING:
     from ttc_fast.brake.types import Criterion, Threat, Threats
     from ttc_fast.status import Status
 
 
-class Command(IntEnum):
+class Command(NamedInt):
     """What the vehicle is to do. The larger command wins.
 
     Attributes
@@ -35,7 +36,7 @@ class Command(IntEnum):
     BRAKE = 2
 
 
-class Reason(IntEnum):
+class Reason(NamedInt):
     """Why a command was given.
 
     Attributes

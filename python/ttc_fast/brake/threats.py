@@ -106,10 +106,12 @@ class ThreatAssessment:
         A ``StoppingDistance`` among them says how the vehicle stops; without one it is its default with this
         deceleration.
         """
+        if isinstance(criteria, np.ndarray):
+            raise TypeError(f"criteria must be a sequence of criteria, {_instead_of(criteria)}")
         try:
             criteria = tuple(criteria)
         except TypeError:
-            raise TypeError(f"criteria must be a sequence of criteria, got {criteria!r}") from None
+            raise TypeError(f"criteria must be a sequence of criteria, {_instead_of(criteria)}") from None
         if not criteria:
             raise ValueError("criteria must not be empty: nothing would ever brake")
         for criterion in criteria:
@@ -349,6 +351,18 @@ def strays(path: NDArray[np.float64], motion: Motion, outline: Any) -> bool:
     x, y = along * ahead - across * aside, along * aside + across * ahead
     x_path, y_path = (float(np.interp(way, ways, points[:, axis])) for axis in (0, 1))
     return bool(math.hypot(x - x_path, y - y_path) > y_left - y_right)
+
+
+def _instead_of(criteria: Any) -> str:
+    """Return what was given instead of criteria, and where it goes."""
+    named = {ScanTTC: "scan", SweptPath: "path", RangeRate: "range_rate"}.get(type(criteria))
+    if named is not None:
+        return f"got a {type(criteria).__name__}, which goes by its name: BrakeController({named}=...)"
+    if isinstance(criteria, np.ndarray):
+        scan = "and their scanner to the controller: BrakeController(scan=ScanTTC(...))"
+        return f"got an array; ranges go to update(now, ranges=...), {scan}"
+    listed = f"[{criteria}]" if hasattr(criteria, "evaluate") else "[IttcThreshold(1.5)]"
+    return f"such as {listed}, got {criteria!r}"
 
 
 def estimated_threat(frame: Frame) -> tuple[Threat | None, bool]:

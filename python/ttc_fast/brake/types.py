@@ -7,10 +7,10 @@
 from __future__ import annotations
 
 import math
-from enum import Enum, IntEnum
+from enum import Enum
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 
-from ttc_fast.status import Status
+from ttc_fast.status import NamedInt, Status
 
 if TYPE_CHECKING:
     from ttc_fast._core import TrackedTTC
@@ -190,7 +190,7 @@ class Estimate(NamedTuple):
             raise TypeError(f"tracked must be what a tracker's update() returned, got {tracked!r}") from None
 
 
-class Source(IntEnum):
+class Source(NamedInt):
     """How a threat was found.
 
     Attributes

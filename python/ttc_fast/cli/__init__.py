@@ -17,6 +17,15 @@ from ttc_fast.logs import LogError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+DESCRIPTION = """\
+  ttc-fast demo                                  see it work: two simulated drives, tables and pictures
+  ttc-fast replay drive.bag --plot drive.png     when would it have braked on a recorded drive, and why?
+  ttc-fast replay drives/*.bag --out rows.csv    many drives at once
+  ttc-fast node --rclpy --config brake.toml      brake on the vehicle, in a graph of ROS
+  ttc-fast bench                                 how fast is it on this machine?
+
+Time to collision from laser scans, point clouds and distances.
+"""
 NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$|-(inf|infinity|nan)$", re.IGNORECASE)
 """A negative number, which is no option."""
 
@@ -25,8 +34,33 @@ class Parser(argparse.ArgumentParser):
     """A parser that tells every negative number from an option, and says what a mistyped option may have been."""
 
     def __init__(self, **settings: Any) -> None:
-        super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EXIT_CODES, **settings)
+        how = {"formatter_class": argparse.RawDescriptionHelpFormatter, "epilog": EXIT_CODES, "add_help": False}
+        super().__init__(**how, **settings)  # type: ignore[arg-type]
         self._negative_number_matcher = NUMBER
+        self.common: tuple[str, ...] | None = None
+        """The options of which the short help says the first sentence; None are all."""
+        self.add_argument("-h", "--help", action=Help, const=False, help="Print what is used most, and end.")
+        self.add_argument("--help-all", action=Help, const=True, help="Print everything, and end.")
+
+    def format_short_help(self) -> str:
+        """Return the help on what is used most, which fits a screen."""
+        if self.common is None:
+            return self.format_help()
+        used = [each for each in self._actions if {"--help", *self.common}.intersection(each.option_strings)]
+        formatter = self._get_formatter()
+        formatter.add_usage(self.usage, self._actions, self._mutually_exclusive_groups)
+        formatter.add_text(self.description)
+        formatter.start_section("options that are used most")
+        whole = [(each, each.help) for each in used]
+        for each, text in whole:
+            each.help = re.split(r"[.;] ", text or "")[0].removesuffix(".") + "."
+        formatter.add_arguments(used)
+        formatter.end_section()
+        formatter.add_text("--help-all has every option, and the exit codes.")
+        short = formatter.format_help()
+        for each, text in whole:
+            each.help = text
+        return short
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse; an option that is unknown ends the command here, where those of its command are known."""
@@ -36,6 +70,18 @@ class Parser(argparse.ArgumentParser):
             flag = unknown.partition("=")[0]
             self.error(f"there is no option {flag}: {hint(flag, self._option_string_actions)}")
         return known, rest
+
+
+class Help(argparse.Action):
+    """Prints the short help, or all of it."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, const: bool, help: str) -> None:  # noqa: A002
+        super().__init__(option_strings, dest=argparse.SUPPRESS, nargs=0, const=const, help=help)
+
+    def __call__(self, parser: Any, *_: Any) -> None:
+        """Print, and end the command."""
+        print(parser.format_help() if self.const else parser.format_short_help(), end="")
+        parser.exit()
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -65,7 +111,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     token = ON_COMMAND_LINE.set(True)
     try:
-        arguments = parsers()["ttc-fast"].parse_args(argv)
+        parser = parsers()["ttc-fast"]
+        if not (sys.argv[1:] if argv is None else argv):
+            print(parser.format_help(), end="")
+            return DONE
+        arguments = parser.parse_args(argv)
         arguments.run(arguments)
     except LogError as error:
         return _complain(UNREADABLE, str(error))
@@ -91,12 +141,10 @@ def _complain(code: int, problem: str) -> int:
 
 def parsers() -> dict[str, argparse.ArgumentParser]:
     """Return the parser of ``ttc-fast`` and that of each of its commands, by what is typed."""
-    parser = Parser(
-        prog="ttc-fast",
-        description="Time to collision from laser scans, clouds and distances: over recorded logs, and as a brake.",
-    )
+    parser = Parser(prog="ttc-fast", usage="ttc-fast COMMAND [OPTION ...]", description=DESCRIPTION)
+    parser.epilog = f"ttc-fast COMMAND --help says more.\n\n{EXIT_CODES}"
     parser.add_argument("--version", action="version", version=f"ttc-fast {__version__}, kernels: {SIMD_LEVEL}")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, prog=parser.prog, title="commands")
     each: dict[str, argparse.ArgumentParser] = {parser.prog: parser}
     for name, command in (("replay", replay), ("demo", demo), ("bench", bench), ("node", node), ("doctor", doctor)):
         options = each[f"{parser.prog} {name}"] = commands.add_parser(
@@ -106,5 +154,6 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
             description=command.DESCRIPTION,
         )
         command.add_options(options)
+        options.common = getattr(command, "COMMON", None)
         options.set_defaults(run=command.run, extra=getattr(command, "EXTRA", None))
     return each

@@ -12,10 +12,14 @@ if TYPE_CHECKING:
 
 SUMMARY = "time ttc_fast against its NumPy reference"
 DESCRIPTION = """\
+  ttc-fast bench
+  ttc-fast bench --beams 271 --rounds 200
+
 Time ttc_fast against its NumPy reference on this machine, in turns, and check that they agree: the methods of ScanTTC
 on one scan, and robust_min_x with KthSmallest(20) on one cloud. In a checkout of the project, python -m benches.report
 compares it with other NumPy code and numba as well.
 """
+COMMON = ("--beams", "--points", "--rounds")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

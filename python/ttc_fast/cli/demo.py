@@ -16,12 +16,16 @@ SUMMARY = "replay the simulated logs of the package, or your own, and draw pictu
 EXTRA = "demo"
 USAGE_LINE = "ttc-fast demo [OPTION ...] [PATH ...]"
 DESCRIPTION = """\
+  ttc-fast demo
+  ttc-fast demo drive.bag --outline -0.1 0.4 -0.15 0.15
+
 Replay logs as ttc-fast replay does, print a table and a summary of each, and draw a picture of each into a folder.
 
 Without PATH these are the two simulated logs that come with the package: laser scans of a small car that brakes late
 for a parked box, and point clouds of a car that follows another one, which brakes. PATH is anything that
 ttc-fast replay reads, and the options are the same.
 """
+COMMON = ("--outline", "--speed", "--criterion", "--config", "--out", "--rows")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 
 SUMMARY = "run the brake as a node of ROS 1 or ROS 2"
 DESCRIPTION = """\
+  ttc-fast node --rclpy --config brake.toml
+  ttc-fast node --rclpy -- --ros-args -r scan:=/front/scan
+  ttc-fast node --ros1 --config brake.toml -- scan:=/front/scan _hold:=1.0
+  ttc-fast node --dds --config brake.toml
+
 Subscribe to laser scans (scan), clouds, odometry (odom, vesc/odom) and to what the driver asks for, decide when to
 brake, and publish brake_bool, drive, /diagnostics and a marker of the cause.
 
@@ -31,12 +36,10 @@ FILE holds the node's parameters by their names: as TOML, or as YAML as ROS 1 or
     ttc_threshold = 0.8     # s
     outline = [-0.1, 0.4, -0.15, 0.15]
 
-Without FILE every parameter has its default. A parameter that ROS gives the node wins. Arguments after -- go to ROS,
-which --dds has none of:
-
-    ttc-fast node --ros1 --config brake.toml -- scan:=/front/scan _hold:=1.0
-    ttc-fast node --rclpy -- --ros-args -r scan:=/front/scan
+Without FILE every parameter has its default; --help-all lists them. A parameter that ROS gives the node wins.
+Arguments after -- go to ROS, which --dds has none of.
 """
+COMMON = ("--ros1", "--dds", "--rclpy", "--config")
 ADAPTERS = {
     "ros1": ("rospy_node", "rospy comes with ROS 1, and on Debian and Ubuntu: apt-get install python3-rospy"),
     "dds": ("dds_node", install("dds")),

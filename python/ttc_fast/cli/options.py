@@ -14,6 +14,7 @@ from ttc_fast.brake import BrakeSettings
 from ttc_fast.cli.exits import USAGE, CommandError
 from ttc_fast.configuration import CRITERIA, Configuration, ConfigurationError
 from ttc_fast.logs import LogOptions
+from ttc_fast.logs.raw_clouds import KITTI_LIDAR
 from ttc_fast.logs.storage import Copy, Location, located
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ RECORDING = tuple(each for each in LOG if each not in VEHICLE)
 GATE = tuple(
     replace(each, name=f"gate_{each.name}", default=None) for each in _named(_settings.GATE, "x", "y", "z", "intensity")
 )
+REACH = f" By default they begin where the vehicle ends, {KITTI_LIDAR.vehicle_reach:g} m ahead for KITTI."
 BRAKE = _named(settings_of(BrakeSettings), "sensor_timeout")
 
 
@@ -136,7 +138,7 @@ def _configuration(place: Location) -> Configuration:
 
 def _add_setting(group: Any, setting: Setting) -> None:
     """Declare the option of a setting."""
-    kind, text = setting.kind, setting.description
+    kind, text = setting.kind, setting.description + (REACH if setting.name == "gate_x" else "")
     how: dict[str, Any]
     if isinstance(kind, Flag):
         how = {"action": "store_true", "default": None}

@@ -15,6 +15,7 @@ from ttc_fast.cli import options
 from ttc_fast.cli.exits import FAILED, PARTIAL, UNREADABLE, USAGE, CommandError
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import FORMATS
+from ttc_fast.logs.raw_clouds import KITTI_LIDAR
 from ttc_fast.logs.storage import Location, found, located
 
 if TYPE_CHECKING:
@@ -29,22 +30,21 @@ if TYPE_CHECKING:
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
 USAGE_LINE = "ttc-fast replay [OPTION ...] PATH [PATH ...]"
 DESCRIPTION = f"""\
-Replay recorded logs, frame by frame, through the code that brakes on the vehicle: when would it have braked, and why?
+  ttc-fast replay drive.bag --outline -0.1 0.4 -0.15 0.15 --plot drive.png
+  ttc-fast replay drive.mcap --topic /scan --criterion IttcThreshold:threshold=0.7 --out rows.csv
+  ttc-fast replay velodyne/ --speed 8 --gate-x {KITTI_LIDAR.vehicle_reach:g} 40 --out rows.parquet
+  ttc-fast replay logs/*.bag --config car.toml --out rows.csv
+  ttc-fast replay 's3://fleet/2026-*/*.mcap' --out s3://results/november --scheduler tcp://host:8786
 
+Replay recorded logs, frame by frame, through the code that brakes on the vehicle: when would it have braked, and why?
 {fill(f"PATH is {FORMATS}.", 118)}
 Several paths are replayed on all cores at once, or by the workers of --scheduler, and end in a table with a line each.
 A path may be a URL, s3://fleet/2026-*/*.mcap, of a storage that fsspec knows.
-
-The brake assesses scans: what their beams or, with an outline, the path of the vehicle run into. Where a log has no
-speed, the change of the ranges gives the closing speeds. Clouds and tables of distances go through a tracker, and the
-brake evaluates its estimates.
-
-  ttc-fast replay drive.bag --outline -0.1 0.4 -0.15 0.15 --plot drive.png
-  ttc-fast replay drive.mcap --topic /scan --criterion IttcThreshold:threshold=0.7 --out rows.csv
-  ttc-fast replay velodyne/ --speed 8 --gate-x 2 40 --out rows.parquet
-  ttc-fast replay logs/*.bag --config car.toml --out rows.csv
-  ttc-fast replay 's3://fleet/2026-*/*.mcap' --out s3://results/november --scheduler tcp://host:8786
 """
+COMMON = (
+    "--topic", "--speed", "--mount", "--outline", "--sensor-height", "--criterion", "--config", "--out",
+    "--plot", "--rows",
+)  # fmt: skip
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

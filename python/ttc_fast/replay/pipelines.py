@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast._core import ScanTTC, TrackedTTC
-    from ttc_fast.brake import Decision
+    from ttc_fast.brake import Criterion, Decision
     from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog, Lidar, ScanFrame, ScanLog
     from ttc_fast.logs.log import Axes
     from ttc_fast.replay.settings import Settings
@@ -120,7 +120,7 @@ class Scans:
         return Row(
             number,
             stamp,
-            nearest.clearance,
+            math.inf if nearest.status is Status.CLEAR else nearest.clearance,
             nearest.closing_speed,
             nearest.ttc,
             nearest.status,
@@ -132,9 +132,7 @@ class Scans:
             math.nan,
             speed,
             threats.returns,
-            criterion.name,
-            decision.value,
-            decision.threshold,
+            *_compared(criterion, decision),
             nearest.index,
             nearest.range,
             nearest.angle,
@@ -331,13 +329,15 @@ def tracked_row(number: int, stamp: float, tracked: TrackedTTC, speed: float | N
         ttc_high,
         math.nan if speed is None else speed,
         None,
-        "" if decision.criterion is None else decision.criterion.name,
-        decision.value,
-        decision.threshold,
+        *(("", math.nan, math.nan) if decision.criterion is None else _compared(decision.criterion, decision)),
         -1 if path is None else path.index,
         math.nan if path is None else path.range,
         math.nan if path is None else path.angle,
     )
+
+
+def _compared(criterion: Criterion, decision: Decision) -> tuple[str, float, float]:
+    return criterion.name, decision.value, decision.threshold
 
 
 def placement_of(said: Placement | None, mount: Any, axes: Axes, by_user: bool) -> Placement | None:

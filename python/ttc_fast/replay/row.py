@@ -30,7 +30,7 @@ class Row(NamedTuple):
         Time of the frame by the clock of the log, s.
     distance : float
         Distance to what is nearest in time, m: from the outline where there is one, along the path where that decides.
-        inf where nothing is ahead, NaN where it is not known.
+        inf where nothing is there (CLEAR), NaN where it is not known or nothing comes closer.
     closing_speed : float
         Closing speed, m/s, positive when approaching; NaN where it is not known.
     ttc : float
@@ -52,7 +52,8 @@ class Row(NamedTuple):
     criterion : str
         Name of the most urgent criterion; empty when nothing was evaluated.
     value, threshold : float
-        What that criterion compares, in its own unit. It triggers when ``value < threshold``.
+        What that criterion compares, in its own unit. It triggers when ``value < threshold``. NaN when nothing was
+        evaluated, as without a closing speed (NO_MOTION); a value of inf is one that nothing is near.
     beam : int
         Number of the beam or point that is nearest in time; -1 when there is none.
     range, angle : float

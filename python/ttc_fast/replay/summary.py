@@ -114,6 +114,13 @@ class Summary:
         self._last: Row | None = None
         self._brakes = self._saw_cause = self._has_key_frame = False
 
+    def __repr__(self) -> str:
+        """Return the numbers: frames, least TTC, exposure, brakes, and what was lost."""
+        least = "none" if self.least is None else f"{self.least.ttc:.3f} s in frame {self.least.frame}"
+        exposure = f"exposed={self.exposed:.2f} s, integrated={self.integrated:.2f} s^2"
+        lost = f", lost={self.lost!r}" if self.lost else ""
+        return f"Summary({self.path!r}, frames={self.frames}, least={least}, {exposure}, brakes={self.brakes}{lost})"
+
     def add(self, row: Row) -> Row | None:
         """Take a row; return this one or the one before it if its frame is now the key frame, else None."""
         self.frames += 1

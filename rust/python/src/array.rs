@@ -438,8 +438,9 @@ fn header(argument: &str, array: &Array<'_>) -> PyResult<Header> {
 
 #[cold]
 fn wrong_shape(argument: &str, shape: &[usize]) -> PyErr {
+    let fix = shape.last().map_or_else(String::new, |last| format!("; {argument}.reshape(-1, {last}) is a batch"));
     PyValueError::new_err(format!(
-        "{argument} must have 1 dimension (one scan) or 2 (a batch of scans), got shape {shape:?}"
+        "{argument} must have 1 dimension (one scan) or 2 (a batch of scans), got shape {shape:?}{fix}"
     ))
 }
 
