@@ -53,8 +53,8 @@ PAGES = {
     ),
     "camera": (
         "Camera",
-        "ttc_from_keypoints ttc_from_scale ttc_from_heights Consensus MedianRatio TrimmedMeanRatio LeastSquares "
-        "KeypointTTC",
+        "ttc_from_keypoints ttc_from_scale ttc_from_heights ScaleTracker Consensus MedianRatio TrimmedMeanRatio "
+        "LeastSquares KeypointTTC",
     ),
     "formulae": (
         "Formulae",
@@ -72,7 +72,8 @@ PAGES = {
         "Logs and replay",
         "logs.open_log logs.ScanLog logs.CloudLog logs.DistanceLog logs.Log logs.ScanFrame logs.CloudFrame "
         "logs.DistanceFrame logs.Scanner logs.Lidar logs.LogOptions logs.LogError logs.forward_left_up logs.FORMATS "
-        "replay.Replay replay.Settings replay.Row replay.Summary replay.Event replay.sample",
+        "replay.Replay replay.replay_many replay.Replayed replay.Progress replay.Settings replay.Row replay.Summary "
+        "replay.Event replay.sample",
     ),
     "training": (
         "Training and comparison",

@@ -230,7 +230,7 @@ def test_a_missing_package_is_in_the_extra_that_is_named() -> None:
     assert {"rich", "matplotlib"} <= brought_by("demo")
 
 
-@pytest.mark.parametrize("command", ["replay", "demo", "bench", "node"])
+@pytest.mark.parametrize("command", ["replay", "demo", "bench", "node", "doctor"])
 def test_help_fits_a_screen_and_begins_with_examples(
     command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

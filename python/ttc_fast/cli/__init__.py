@@ -23,6 +23,7 @@ DESCRIPTION = """\
   ttc-fast replay drives/*.bag --out rows.csv    many drives at once
   ttc-fast node --rclpy --config brake.toml      brake on the vehicle, in a graph of ROS
   ttc-fast bench                                 how fast is it on this machine?
+  ttc-fast doctor                                does it work on this machine, and what is installed?
 
 Time to collision from laser scans, point clouds and distances.
 """

@@ -28,10 +28,13 @@ if TYPE_CHECKING:
 
 SUMMARY = "say what is installed, and test each kernel against the reference in about a second"
 DESCRIPTION = """\
+  ttc-fast doctor
+
 Print the versions, the processor, the instruction-set level of the kernels and the extras that are installed, and test
 each kernel against the NumPy reference. A report of a problem should hold this output. The exit code is 1 if a kernel
 and the reference disagree.
 """
+COMMON = ()
 
 RTOL = 1e-5
 """Sums, and what is computed in float32, may differ from the reference by rounding, which is far less."""
