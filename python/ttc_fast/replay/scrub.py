@@ -45,7 +45,7 @@ def _rgb(colour: str) -> tuple[int, ...]:
     return tuple(bytes.fromhex(colour[1:]))
 
 
-ALARM, CAUTION, INK = _rgb(look.ALARM), _rgb(look.CAUTION), _rgb(look.INK)
+ALARM, CAUTION, INK = _rgb(look.ALARM), _rgb(look.CAUTION), (232, 238, 243)  # the viewer is dark
 LINE, PALE, QUIET = _rgb(look.LINE), _rgb(look.PALE), _rgb(look.QUIET)
 COLOURS = {
     **dict.fromkeys(("ttc", "closing_speed", "distance"), ALARM),
