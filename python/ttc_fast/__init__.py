@@ -5,7 +5,7 @@ specification, and what the kernels are tested against.
 """
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import (
     SIMD_LEVEL,
@@ -68,24 +68,26 @@ from ttc_fast._core import (
     ttc_from_keypoints,
     ttc_from_scale,
 )
-from ttc_fast.brake import (
-    BrakeController,
-    Command,
-    Decision,
-    Estimate,
-    EstimateThreshold,
-    IttcThreshold,
-    Motion,
-    PresentArc,
-    Reason,
-    RssDistance,
-    StoppingDistance,
-    SweptPathThreshold,
-)
-from ttc_fast.plotting import plot
 from ttc_fast.pointcloud2 import from_pointcloud2
 from ttc_fast.signs import closing_speed_from_ego_velocity, range_rate_from_target_velocity
 from ttc_fast.status import Detection, RoadStatus, Status
+
+if TYPE_CHECKING:
+    from ttc_fast.brake import (
+        BrakeController,
+        Command,
+        Decision,
+        Estimate,
+        EstimateThreshold,
+        IttcThreshold,
+        Motion,
+        PresentArc,
+        Reason,
+        RssDistance,
+        StoppingDistance,
+        SweptPathThreshold,
+    )
+    from ttc_fast.plotting import plot
 
 __all__ = [
     "SIMD_LEVEL",
@@ -170,13 +172,16 @@ __all__ = [
 
 
 # Imported when first asked for: a perception loop does without them.
-_MODULES = ("compat", "configuration", "logs", "reference", "replay", "ros", "sensors")
+_MODULES = ("brake", "compat", "configuration", "logs", "reference", "replay", "ros", "sensors")
 
 
 def __getattr__(name: str) -> Any:
-    """Return a module of the package, such as ``ttc_fast.replay``."""
+    """Return a module of the package, such as ``ttc_fast.replay``, or a public name of brake or plotting."""
     if name in _MODULES:
         return importlib.import_module(f"ttc_fast.{name}")
+    if name in __all__:
+        module = importlib.import_module("ttc_fast.plotting" if name == "plot" else "ttc_fast.brake")
+        return globals().setdefault(name, getattr(module, name))
     raise AttributeError(f"module 'ttc_fast' has no attribute {name!r}")
 
 

@@ -1,0 +1,37 @@
+"""What ``import ttc_fast`` costs: it loads the kernels, and what few use when it is first asked for."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import ttc_fast
+
+
+def printed(program: str) -> str:
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    return done.stdout.strip()
+
+
+def test_brake_plots_and_logs_are_not_imported() -> None:
+    own = printed("import sys, ttc_fast; print(*sorted(name for name in sys.modules if name.startswith('ttc_fast.')))")
+    assert own.split() == ["ttc_fast._core", "ttc_fast.pointcloud2", "ttc_fast.signs", "ttc_fast.status"]
+
+
+def test_it_costs_little_beside_numpy() -> None:
+    """CPU time of the quickest of five imports; it is 10 ms, and three times that on a busy machine."""
+    program = "import time, numpy; begun = time.process_time(); import ttc_fast; print(time.process_time() - begun)"
+    assert min(float(printed(program)) for _ in range(5)) < 0.03
+
+
+@pytest.mark.parametrize("name", ttc_fast.__all__)
+def test_every_public_name_is_there(name: str) -> None:
+    assert name in dir(ttc_fast)
+    assert getattr(ttc_fast, name) is getattr(ttc_fast, name)
+
+
+def test_other_names_are_not() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'BreakController'"):
+        ttc_fast.BreakController  # noqa: B018
