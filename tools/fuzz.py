@@ -47,7 +47,7 @@ class Tried:
 
     def pytest_runtest_teardown(self, item: pytest.Item) -> None:
         """Count: Hypothesis counts its own inputs, the other tests record the property ``inputs``."""
-        drawn = re.findall(r"(\d+) (?:passing|failing) examples", getattr(item, "hypothesis_statistics", ""))
+        drawn = re.findall(r"(\d+)(?= (?:passing|failing))", getattr(item, "hypothesis_statistics", ""))
         own: list[Any] = [value for name, value in item.user_properties if name == "inputs"]
         self.inputs[item.path.parent.name] += sum(map(int, [*drawn, *own]))
 
