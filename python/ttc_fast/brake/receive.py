@@ -77,7 +77,9 @@ def receive(
     newest, motion_at, known, known_since = state.motion, state.motion_at, state.estimate, state.estimate_since
     if motion is not None:
         motion = checked_motion("motion", motion)
-        at = now if motion[3] is None else motion[3]
+        at = motion[3]
+        if at is None:
+            at = now
         if motion_at <= at <= now + CLOCK_TOLERANCE:
             newest, motion_at = motion, at
     if commanded is not None:
@@ -124,7 +126,8 @@ def checked_motion(argument: str, value: Any) -> Motion:
         raise TypeError(f"{argument} must be a Motion, such as Motion(4.0), got {value!r}") from None
     speed, yaw_rate, lateral_speed, stamp = motion
     try:
-        if math.isfinite(speed + yaw_rate + lateral_speed + (0.0 if stamp is None else stamp)):
+        total = speed + yaw_rate + lateral_speed + (0.0 if stamp is None else stamp)
+        if total - total == 0.0:  # it is finite
             return motion
     except TypeError:
         pass  # the loop finds which of them is not a number

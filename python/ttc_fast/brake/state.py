@@ -242,11 +242,19 @@ class Voting:
         The settings of the controller.
     """
 
-    __slots__ = ("_hold", "_release", "_timeout", "_trigger")
+    __slots__ = ("_from", "_hold", "_quorums", "_release", "_timeout", "_to", "_trigger")
 
     def __init__(self, settings: BrakeSettings) -> None:
         self._trigger, self._release = NOfM(settings.trigger), NOfM(settings.release)
         self._hold, self._timeout = settings.hold, settings.sensor_timeout
+        self._learn(settings.sensor_timeout)
+
+    def _learn(self, period: float) -> None:
+        """Find both quorums; they are the same for every period between two that have them."""
+        quorums = self._trigger.quorum(period), self._release.quorum(period)
+        is_known = hasattr(self, "_quorums") and quorums == self._quorums
+        self._from, self._to = (min(self._from, period), max(self._to, period)) if is_known else (period, period)
+        self._quorums = quorums
 
     def vote(self, state: ControllerState, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
         """Remember what came, count the two votes of a frame, and begin or end braking."""
@@ -283,7 +291,9 @@ class Voting:
         if looks:
             state.cloud_looks = {**state.cloud_looks, **dict.fromkeys(looks, frame.stamp)}
         state.criterion, state.evaluation, state.rests_in_contact, state.unseen = criterion, evaluation, rests, unseen
-        trigger, release = self._trigger.quorum(period), self._release.quorum(period)
+        if not self._from <= period <= self._to:
+            self._learn(period)
+        trigger, release = self._quorums
         others = 0
         if other.voted_at >= frame.now - self._timeout:
             others, _ = self._release.quorum(other.period)
