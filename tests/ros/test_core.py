@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import tracemalloc
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,10 @@ import pytest
 from tests.support.common import CAR
 from tests.support.dds_harness import DdsHarness
 from tests.support.ros_harness import AT_ONCE, BEAMS, GEOMETRY, RclpyHarness, RospyHarness, Seen
-from ttc_fast.ros.settings import parameters_of_node
+from ttc_fast import Command
+from ttc_fast.ros.core import BrakeNode
+from ttc_fast.ros.settings import NodeSettings, SettingError, parameters_of_node
+from ttc_fast.ros_messages import Commanded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -464,6 +468,53 @@ class TestClouds:
         brakes = [frame(node, 25.0 - 0.1 * i).brake for i in range(16)]  # no cloud for 0.4 s
         assert brakes[0] is False
         assert brakes[-1] is True
+
+    REAR: dict[str, Any] = {**SETTINGS, "scan_topic": "/scan"}  # noqa: RUF012 # read only
+
+    def back_and_forth(self, node: Any, cloud: Any, speed: float, frames: int = 12) -> str:
+        """A scanner that looks ahead and a sensor of clouds that looks back, in a wide hall."""
+        for _ in range(frames):
+            frame(node, 20.0, speed)
+            node.points(np.add(cloud, 1e-3 * (node.now % 1.0)))
+        return str(node.diagnostics().values["reason"])
+
+    def test_what_the_clouds_look_at_the_scans_need_not(self, make: Make) -> None:
+        behind, ahead = [[-8.0, 0.0, 0.5]], [[8.0, 3.0, 0.5]]
+        for cloud, reason in ((behind, "CLEAR"), (ahead, "UNSEEN")):
+            node = make(**self.REAR)
+            node.points(cloud)
+            assert self.back_and_forth(node, cloud, 2.0) == "CLEAR"
+            assert self.back_and_forth(node, cloud, -2.0) == reason
+
+    def test_views_say_where_the_clouds_look_and_the_scans_where_they_do_not(self, make: Make) -> None:
+        for view, reason in (((-1.5, 1.5, -0.1, 0.0, math.pi), "CLEAR"), ((-1.5, 1.5, 0.3, 0.0, 0.0), "UNSEEN")):
+            node = make(**self.REAR, points_views=list(view))
+            aside = [[-8.0, 4.0, 0.5]]
+            node.points(aside)
+            assert self.back_and_forth(node, aside, 2.0) == "CLEAR"
+            assert self.back_and_forth(node, aside, -2.0) == reason
+
+    def test_a_driver_who_asks_to_back_out_where_only_the_clouds_look_is_let_go(self) -> None:
+        node = BrakeNode(NodeSettings.of(self.REAR))
+        for i in range(120):
+            now = 100.0 + PERIOD * i
+            node.on_odometry(now, now, speed=4.0 if i < 40 else 0.0)
+            node.on_commanded(now, Commanded(4.0 if i < 80 else -1.0))
+            node.on_scan(now, now, SimpleNamespace(**GEOMETRY, ranges=hall(1.0)))
+            decision = node.on_points(now, now, np.array([[-8.0, 1e-3 * i, 0.5]], np.float32)).decision
+            assert i < 20 or i >= 80 or decision.command is Command.BRAKE
+        assert decision.command is Command.NONE
+
+    def test_views_that_make_no_sense_are_refused(self) -> None:
+        for views, words in (
+            ([0.0, 1.0], "five|5 numbers"),
+            ([1.0, 0.0, 0.0, 0.0, 0.0], "angle_min below angle_max"),
+            ([0.0, 9.0, 0.0, 0.0, 0.0], "by a turn at most"),
+        ):
+            with pytest.raises(SettingError, match=words):
+                NodeSettings.of({**self.SETTINGS, "points_views": views})
+        with pytest.raises(SettingError, match="points_views needs a points_topic"):
+            NodeSettings.of({"points_views": [0.0, 1.0, 0.0, 0.0, 0.0]})
 
     def test_rows_that_are_no_points(self, make: Make) -> None:
         node = make(**self.SETTINGS)

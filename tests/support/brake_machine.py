@@ -60,7 +60,10 @@ class BrakeMachine(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.now = 100.0
-        self.newest = self.evaluated_at = self.motion_at = -math.inf
+        self.motion_at = -math.inf
+        self.newest: dict[str, float] = {}
+        self.evaluated_at: dict[str, float] = {}
+        """Stamps of the newest frame of each sensor, and of the newest that was evaluated."""
         self.motion: Motion | None = None
         self.unseen = False
         self.count = 0
@@ -191,9 +194,10 @@ class BrakeMachine(RuleBasedStateMachine):
         """Keep in mind what the controllers were given."""
         if motion is not None and self.motion_at <= self.now:
             self.motion, self.motion_at = motion, self.now
-        if scene is None or decision.status is None or not self.newest < stamp <= self.now + 0.1:
+        sensor = next((name for name in ("ranges", "points") if name in data), "estimate")
+        if scene is None or decision.status is None or not self.newest.get(sensor, -math.inf) < stamp <= self.now + 0.1:
             return
-        self.newest = stamp
+        self.newest[sensor] = stamp
         fresh = -0.1 <= self.now - self.motion_at <= 0.5
         if self.kind == "estimates":
             assert estimate is not None
@@ -202,30 +206,31 @@ class BrakeMachine(RuleBasedStateMachine):
             evaluated = not nothing and (not unknown or estimate["distance"] <= 0.0)
         else:
             evaluated = scene != "blind" and (fresh or (self.kind == "rated" and decision.threats is not None))
-        if self.is_frozen(stamp, data, fresh) and evaluated:
-            assert decision.status is Status.STALE, "it believes a frozen sensor"
-        if evaluated and decision.status is not Status.STALE:
-            self.evaluated_at = stamp
+        if sensor != "estimate":
+            frozen = self.is_frozen(sensor, stamp, data[sensor].tobytes(), fresh)
+            assert not (frozen and evaluated) or decision.status is Status.STALE, "it believes a frozen sensor"
+            if decision.status is Status.STALE:
+                evaluated = False
+                self.evaluated_at[sensor] = min(self.same[sensor][1], self.evaluated_at.get(sensor, -math.inf))
+        if evaluated:
+            self.evaluated_at[sensor] = stamp
             back = fresh and self.motion is not None and self.motion.speed < -0.05
             self.unseen = back and self.kind in ("scan", "cloud", "rated")
 
-    def is_frozen(self, stamp: float, data: dict[str, Any], fresh: bool) -> bool:
-        """Return whether a sensor has surely sent the same readings for too long a time and way."""
-        sensor = next((name for name in ("ranges", "points") if name in data), None)
-        if sensor is None:
-            return False
-        readings = data[sensor].tobytes()
+    def is_frozen(self, sensor: str, stamp: float, readings: bytes, fresh: bool) -> bool:
+        """Return whether a sensor has surely sent the same readings for too long a time and way, straight ahead."""
         before, since, last, way = self.same.get(sensor, (b"", 0.0, 0.0, 0.0))
         if readings != before:
             since, last, way = stamp, stamp, 0.0
         if fresh and self.motion is not None and abs(self.motion.speed) > 0.05:
-            way += abs(self.motion.speed) * (stamp - last)
+            way += abs(self.motion.speed) * (stamp - last) if self.motion.yaw_rate == 0.0 else -math.inf
         self.same[sensor] = readings, since, stamp, way
         return way > 0.76 and stamp - since > self.timeout + 1e-6
 
     def check_darkness(self, decision: Decision) -> None:
         """Check that it does not go on where it does not see."""
-        seen = self.now - self.evaluated_at <= self.timeout and self.newest <= self.now + 0.1
+        in_time = any(self.now - each <= self.timeout for each in self.evaluated_at.values())
+        seen = in_time and max(self.newest.values()) <= self.now + 0.1
         if not seen or self.unseen:
             assert decision.command is not Command.NONE, "it goes on in the dark"
 

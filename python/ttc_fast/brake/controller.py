@@ -27,7 +27,7 @@ from ttc_fast.brake.types import STANDING
 from ttc_fast.brake.unseen import FieldsOfView
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from ttc_fast import RangeRate, SweptPath
     from ttc_fast.brake.decision import Decision
@@ -493,3 +493,10 @@ class BrakeController:
     def __setstate__(self, pickled: dict[str, Any]) -> None:
         BrakeController.__init__(self, **pickled["arguments"])
         self.restore(pickled["state"])
+
+
+def cover_for_one_another(controllers: Iterable[BrakeController]) -> None:
+    """Let controllers of one vehicle know where the sensors of the others look, as long as data come from these."""
+    controllers = tuple(controllers)
+    for controller in controllers:
+        controller._others = tuple(each for each in controllers if each is not controller)

@@ -115,6 +115,9 @@ class Evaluator:
         else:
             unseen, edge = self._fields_of_view.unseen(frame, state, frame.motion, others)
             looks = () if edge is None else (edge,)
+            if others and frame.points is not None:  # another controller may have to know where the driver would go
+                _, edge = self._fields_of_view.unseen(frame, state, frame.commanded)
+                looks = looks if edge is None else (*looks, edge)
             assessed = self._evaluate(frame, threats, state, state.brake, unseen, held, looks, others)
             without = state.brake_without_estimates
             if without is not None or (frame.estimate is not None and not self._only_estimates):

@@ -37,7 +37,7 @@ TOLERANCE = 2e-3
 """A return may be nearer by this than what is seen in its direction, m: readings are rounded."""
 MOST_BYTES = 1 << 15
 """Of larger readings a part is compared, every so many rows."""
-BETWEEN_POINTS = 0.05
+BETWEEN_POINTS = 0.15
 """Returns are compared with those this near in direction, rad, or one and a half beams."""
 
 
@@ -165,10 +165,7 @@ def contradict(bearing: Floats, distance: Floats, between: float, x: float, y: f
     aside = distance[near] * np.sin(bearing[near]) - y
     where = np.remainder(np.arctan2(aside, ahead) - yaw + math.pi, 2.0 * math.pi) - math.pi
     after = np.searchsorted(bearing, where)
-    behind = np.full(len(where), math.inf)
-    looked = np.zeros(len(where), bool)
-    for neighbour in (np.maximum(after - 1, 0), np.minimum(after, len(bearing) - 1)):
-        looks = np.abs(bearing[neighbour] - where) <= between
-        behind = np.where(looks, np.minimum(behind, distance[neighbour]), behind)
-        looked |= looks
-    return bool((looked & (behind > np.hypot(ahead, aside) + TOLERANCE)).any())
+    neighbours = np.maximum(after - 1, 0), np.minimum(after, len(bearing) - 1)
+    looks = np.minimum(*(np.abs(bearing[each] - where) for each in neighbours)) <= between
+    behind = np.minimum(*(distance[each] for each in neighbours))
+    return bool((looks & (behind > np.hypot(ahead, aside) + TOLERANCE)).any())

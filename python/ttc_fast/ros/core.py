@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
+from ttc_fast.brake.controller import cover_for_one_another
 from ttc_fast.brake.receive import CLOCK_TOLERANCE
 from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
@@ -37,7 +38,8 @@ UNSEEING = frozenset({Reason.WAITING, Reason.STALE, Reason.BLIND, Reason.NO_MOTI
 UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError)
 """The errors that a message without sense may raise."""
 SCAN, CLOUD = "scan", "cloud"
-"""The sources of frames. Each has its own controller, votes and watchdog: they come at different times and rates."""
+"""The sources of frames. Each has its own controller, votes and watchdog: they come at different times and rates. What
+one of them looks at, the other need not."""
 NO_SCAN = Geometry(0.0, 0.1, 2, 0.0, math.inf)
 """The geometry of a scanner until the first scan comes."""
 
@@ -104,8 +106,9 @@ class BrakeNode:
             scan = self._kernels.of(NO_SCAN)
             self._controllers[SCAN] = _after(controllers.get(SCAN), self._configuration.controller(scan))
         if settings.points_topic and settings.outline:
-            path = SweptPath(settings.outline)
-            self._controllers[CLOUD] = _after(controllers.get(CLOUD), self._configuration.controller(path=path))
+            cloud = self._configuration.controller(path=SweptPath(settings.outline), views=settings.views())
+            self._controllers[CLOUD] = _after(controllers.get(CLOUD), cloud)
+        cover_for_one_another(self._controllers.values())
 
     def _forget(self) -> None:
         """Forget everything that was seen."""

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast import _validate
+from ttc_fast._core import ScanTTC
 from ttc_fast._settings import (
     MOUNT,
     OUTLINE,
@@ -13,6 +15,7 @@ from ttc_fast._settings import (
     Choice,
     Count,
     Flag,
+    Kind,
     Number,
     Numbers,
     Text,
@@ -36,6 +39,11 @@ if TYPE_CHECKING:
 OF_THE_VEHICLE = ("outline", "mount")
 """Settings of the table ``scan`` that are parameters of the node as well."""
 PERIOD = Number(unit="s", positive=True)
+VIEW = ("angle_min", "angle_max", "x", "y", "yaw")
+"""Where a sensor looks, rad, about its own direction, and its place and direction in the vehicle's frame, m and rad."""
+TURN = 2.0 * math.pi + 1e-6
+BEAM = 0.02
+"""A view is that of a scanner with beams about so far apart, rad."""
 
 
 class SettingError(ConfigurationError):
@@ -60,6 +68,20 @@ class Topics(Texts):
     def check(self, name: str, value: Any) -> tuple[str, ...]:
         """Return the value as a tuple."""
         return tuple(_topic(name, each) for each in super().check(name, value))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Views(Kind):
+    """Where sensors look: five numbers for each of them, of which the first angle is less than the second."""
+
+    def check(self, name: str, value: Any) -> tuple[float, ...]:
+        """Return the value as a tuple of floats."""
+        count = max(len(value) // len(VIEW), 1) if isinstance(value, (list, tuple)) else 1
+        numbers = _validate.numbers(name, value, VIEW * count)
+        for begin in range(0, len(numbers), len(VIEW)):
+            if not numbers[begin] < numbers[begin + 1] <= numbers[begin] + TURN:
+                raise ValueError(f"{name} must have angle_min below angle_max, by a turn at most, got {shown(numbers)}")
+        return numbers
 
 
 def _topic(name: str, value: str) -> str:
@@ -136,6 +158,12 @@ class NodeSettings:
     scan_topic: str = setting("scan", Topic(), "Topic of the LaserScan; empty is none.")
     points_topic: str = setting(
         "", Topic(), "Topic of the PointCloud2 in the vehicle's frame; empty is none. It needs an outline."
+    )
+    points_views: tuple[float, ...] | None = setting(
+        None,
+        Views(unit="rad, m"),
+        "Where the sensors of the cloud look: angle_min, angle_max, x, y, yaw of each, one after the other. Empty is "
+        "where it has points.",
     )
     frame_id: str = setting(
         "", Text(), "The frame_id of the sensor, where several of them share its topic; messages of others are ignored."
@@ -229,6 +257,8 @@ class NodeSettings:
                 raise ValueError("criterion 'swept' needs an outline: (x_rear, x_front, y_right, y_left), m")
             if self.points_topic and not self.outline:
                 raise ValueError("points_topic needs an outline: (x_rear, x_front, y_right, y_left), m")
+            if self.points_views and not self.points_topic:
+                raise ValueError("points_views needs a points_topic, whose sensors they are")
             if self.points_topic and self.criterion == "ittc":
                 raise ValueError("criterion 'ittc' judges beams, and points_topic is set: use 'swept', or leave it out")
             if not (self.scan_topic or self.points_topic):
@@ -244,6 +274,7 @@ class NodeSettings:
                 )
             settings = self.configuration()
             settings.controller(settings.scanner(angle_min=0.0, angle_increment=0.1, beams=2))
+            self.views()
         except (ValueError, TypeError) as error:
             raise SettingError(str(error)) from None
 
@@ -280,6 +311,16 @@ class NodeSettings:
             criteria=parts.criteria or self.criteria(),
             brake={**self.brake, **parts.brake},
         )
+
+    def views(self) -> tuple[ScanTTC, ...]:
+        """Return where the sensors of the cloud look, as ``BrakeController`` takes it."""
+        numbers, views = self.points_views or (), []
+        for begin in range(0, len(numbers), len(VIEW)):
+            angle_min, angle_max, *mount = numbers[begin : begin + len(VIEW)]
+            steps = math.ceil((angle_max - angle_min) / BEAM)
+            step = (angle_max - angle_min) / steps
+            views.append(ScanTTC(angle_min, step, steps + 1, mount=tuple(mount), outline=self.outline))
+        return tuple(views)
 
     def criteria(self) -> tuple[Criterion, ...]:
         """Return the criteria that the parameters name."""
