@@ -128,10 +128,13 @@ class _Filter:
             filtered = filtered.astype(np.float64)
         columns = self.columns(filtered, rows)
         wanted = columns[..., self._speed_index].astype(np.float64)
+        self._check(wanted, "speed", self._speed_index)
         curvature = np.divide(yaw_rate, speed, out=np.zeros(count), where=np.abs(speed) > 0.05)
         asked = curvature
         if self._wheelbase is not None:
-            asked = np.tan(columns[..., self._steering_index].astype(np.float64)) / self._wheelbase
+            steering = columns[..., self._steering_index].astype(np.float64)
+            self._check(steering, "steering angle", self._steering_index)
+            asked = np.tan(steering) / self._wheelbase
         # Both arcs are asked for at a speed at which the horizon is far enough, and answered in m.
         pace = np.maximum(np.maximum(np.abs(speed), np.abs(wanted)), 1.0)
         going = np.where(wanted < 0.0, -pace, pace)
@@ -161,6 +164,18 @@ class _Filter:
             "wanted_speed": wanted,
             "clipped": clipped != wanted,
         }
+
+    def _check(self, asked: Floats, what: str, index: int) -> None:
+        """Raise if what an action asks for is not finite: no clipping makes sense of it."""
+        wrong = ~np.isfinite(asked)
+        if wrong.any():
+            row = int(np.flatnonzero(wrong)[0])
+            where = f" of environment {row}" if len(asked) > 1 else ""
+            raise ValueError(
+                f"action must be finite: its {what}, at index {index},{where} is {asked[row]}. A network that has "
+                "diverged gives such numbers: find out where its NaN begin, or replace them before step(), as by "
+                "np.nan_to_num"
+            )
 
     def fastest(self, clearance: Floats) -> Floats:
         """Return the speed from which a vehicle stops in a distance, m/s: the root of the stopping distance."""
@@ -241,6 +256,8 @@ class SafetyFilter(_Filters, Wrapper):
 
     Notes
     -----
+    ``step`` raises a ValueError for an action that is not finite, before the environment has moved.
+
     ``info["safety"]`` of each step has ``command`` (BRAKE if it was told to stop, WARN if the action was clipped, else
     NONE), ``status``, ``ttc`` (s, at the speed that was asked for, at least 1 m/s), ``clearance`` (the length of the
     way that is left, m), ``speed_limit`` (m/s), ``wanted_speed`` (m/s) and ``clipped``.

@@ -96,6 +96,20 @@ def test_one_that_leads_the_other_way_does_not_count() -> None:
     assert frame(controller(), 1.0, speed=-0.001, path=bend()).command is Command.NONE
 
 
+@pytest.mark.parametrize("place", [(0.0, 0.0), (0.2, 0.1)])
+def test_the_path_of_a_planner_that_has_arrived_leads_nowhere(place: Any) -> None:
+    """All its points are in one place: no error, whether the vehicle stands, still rolls, or is asked to go on."""
+    there = [place] * 5
+    control = controller(hold=0.0, release=(1, 1))
+    assert frame(control, 1.0, speed=0.0, path=there).command is Command.NONE
+    rolls, along_arc = frame(control, 1.1, speed=0.3, path=there), frame(controller(), 1.1, speed=0.3)
+    assert repr(rolls.threats) == repr(along_arc.threats)
+    assert frame(control, 1.2, path=there).command is Command.BRAKE
+    assert frame(control, 1.3, speed=0.0, path=there).command is Command.BRAKE
+    assert frame(control, 1.4, speed=0.0, path=there, commanded=1.0).command is Command.NONE
+    assert frame(control, 1.5, speed=0.0, path=there, commanded=4.0).command is Command.NONE
+
+
 def test_a_braked_vehicle_is_let_go_along_its_path() -> None:
     """It stands before the wall. What it would go on with is the path."""
     control = controller(hold=0.0, release=(1, 1))

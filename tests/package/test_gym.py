@@ -205,6 +205,25 @@ def test_several_environments_are_as_each_alone(several: bool) -> None:
                 np.testing.assert_array_equal(seen[name][at], value)
 
 
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
+def test_an_action_that_is_not_finite_is_refused_before_anything_moves(wrong: float) -> None:
+    env: Any = SafetyFilter(Box(), scanner(), **settings())
+    env.reset(seed=1)
+    before = env.unwrapped.x, env.unwrapped.time
+    for action, what in (([0.0, wrong], "speed, at index 1, is"), ([wrong, 1.0], "steering angle, at index 0, is")):
+        with pytest.raises(ValueError, match=f"action must be finite: its {what}.*nan_to_num"):
+            env.step(np.array(action))
+    assert (env.unwrapped.x, env.unwrapped.time) == before
+    assert env.step(np.array([0.0, 1.0]))[-1]["safety"]["command"] is Command.NONE
+
+
+def test_of_several_environments_it_says_which() -> None:
+    several: Any = SafetyFilter(gymnasium.vector.SyncVectorEnv([Box, Box, Box]), scanner(), **settings())
+    several.reset(seed=1)
+    with pytest.raises(ValueError, match=r"its speed, at index 1, of environment 2 is nan"):
+        several.step(np.array([[0.0, 1.0], [0.0, 2.0], [0.0, math.nan]]))
+
+
 def test_other_names_are_read_by_a_function() -> None:
     class Named(Box):
         def _see(self) -> Any:

@@ -291,9 +291,9 @@ class BrakeController:
         path : array_like, shape (N, 2), or callable, optional
             Where the vehicle will go, with this frame: points in its present frame, m, as ``SweptPath.min`` takes them,
             or a function that returns such points for ways along the path, an array of shape (N,) in m. The frame is
-            assessed along it instead of the present arc, at the speed of ``motion``. Where it leads the other way than
-            the vehicle moves, and where there is no odometry, it does not count. Where the motion does not follow it,
-            what the vehicle cannot stop short of on its present arc counts as well. It needs an outline.
+            assessed along it instead of the present arc, at the speed of ``motion``. Where it leads nowhere, or the
+            other way than the vehicle moves, and where there is no odometry, it does not count. Where the motion does
+            not follow it, what the vehicle cannot stop short of on its present arc counts as well. It needs an outline.
 
         Returns
         -------

@@ -165,7 +165,11 @@ def contradict(bearing: Floats, distance: Floats, between: float, x: float, y: f
     aside = distance[near] * np.sin(bearing[near]) - y
     where = np.remainder(np.arctan2(aside, ahead) - yaw + math.pi, 2.0 * math.pi) - math.pi
     after = np.searchsorted(bearing, where)
-    neighbours = np.maximum(after - 1, 0), np.minimum(after, len(bearing) - 1)
-    looks = np.minimum(*(np.abs(bearing[each] - where) for each in neighbours)) <= between
-    behind = np.minimum(*(distance[each] for each in neighbours))
+    neighbours = [np.maximum(after - 1, 0), np.minimum(after, len(bearing) - 1)]
+    apart = [np.abs(bearing[each] - where) for each in neighbours]
+    # One beside the direction tells of a wall that both are on, even if it is a little too far away by itself.
+    behind = np.minimum(
+        *(np.where(off <= 2.0 * between, distance[each], math.inf) for each, off in zip(neighbours, apart, strict=True))
+    )
+    looks = np.minimum(*apart) <= between
     return bool((looks & (behind > np.hypot(ahead, aside) + TOLERANCE)).any())

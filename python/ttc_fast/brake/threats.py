@@ -327,7 +327,7 @@ def leads(path: NDArray[np.float64], speed: float, outline: Any) -> bool:
         x_led = x - x_off * share
         if math.hypot(x_led, y - y_off * share) >= SHORTEST * size:
             return bool((x_led < 0.0) == (speed < 0.0))  # a speed may be a scalar of NumPy
-    return True  # it leads nowhere, which the kernel refuses
+    return False  # it leads nowhere, as that of a vehicle which has arrived
 
 
 def strays(path: NDArray[np.float64], motion: Motion, outline: Any) -> bool:
