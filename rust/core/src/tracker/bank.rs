@@ -38,14 +38,17 @@ pub(super) struct FilterBank {
     memory: f64,
     pub(super) members: [Member; MEMBERS],
     /// What was predicted last. A frame asks for it several times.
-    predicted: Option<Predicted>,
+    predicted: Predicted,
 }
 
 /// The states of all filters at one stamp, and what the mixture says there.
 #[derive(Clone, Debug, PartialEq)]
 struct Predicted {
+    /// Minus infinity before anything is predicted.
     stamp: f64,
     states: [State; MEMBERS],
+    /// How much each filter is believed; the sum is 1.
+    weights: [f64; MEMBERS],
     posterior: Posterior,
 }
 
@@ -64,7 +67,7 @@ impl FilterBank {
             });
             Member { filter, noise: noise * noise, prior, evidence: prior }
         };
-        FilterBank { memory, members: std::array::from_fn(member), predicted: None }
+        FilterBank { memory, members: std::array::from_fn(member), predicted: Predicted::NOTHING }
     }
 
     /// The frames that the filters have seen.
@@ -75,66 +78,87 @@ impl FilterBank {
     /// Predicts the states at `stamp`, and keeps them until the next update.
     pub(super) fn predict(&mut self, stamp: f64) {
         if self.frames() >= 2 {
-            self.predicted = Some(self.predicted_at(stamp));
+            let fresh = self.predicted.stamp.is_infinite(); // as after the memory was read from outside
+            self.predicted.take(&self.members, stamp, fresh);
         }
-    }
-
-    fn predicted_at(&self, stamp: f64) -> Predicted {
-        let states = std::array::from_fn(|i| self.members[i].filter.predict(stamp));
-        Predicted { stamp, states, posterior: self.mixture(&states) }
     }
 
     /// Takes a distance into each filter, and learns how well it was predicted.
     pub(super) fn update(&mut self, new: Measurement) {
         let first = &self.members[0].filter;
-        let predicted = (first.frames >= 2).then(|| match self.predicted.take() {
-            Some(predicted) if predicted.stamp == new.stamp => predicted.states,
-            _ => std::array::from_fn(|i| self.members[i].filter.predict(new.stamp)),
-        });
-        self.predicted = None;
+        let predicts = first.frames >= 2;
         let kept = (-(new.stamp - first.stamp) / self.memory).exp();
-        for (i, member) in self.members.iter_mut().enumerate() {
+        let is_predicted = self.predicted.stamp == new.stamp;
+        for (member, state) in self.members.iter_mut().zip(&self.predicted.states) {
             let measured = Measurement { variance: new.variance * member.noise, ..new };
-            let state = predicted.map_or(member.filter.state, |states| states[i]);
-            if predicted.is_some() {
+            if predicts {
+                let state = if is_predicted { *state } else { member.filter.predict(new.stamp) };
                 let (innovation, total) = (new.distance - state.mean[0], state.covariance[0] + measured.variance);
                 // The logarithm of the likelihood, with lengths in standard deviations of the noise.
                 let likelihood = -0.5 * (innovation * innovation / total + (total / new.variance).ln());
                 member.evidence = member.prior + kept * (member.evidence - member.prior) + likelihood;
+                member.filter.update_from(&state, &measured);
+            } else {
+                member.filter.update(measured);
             }
-            member.filter.update_from(state, measured);
         }
         let best = self.members.iter().map(|member| member.evidence).fold(f64::NEG_INFINITY, f64::max);
         for member in &mut self.members {
             member.evidence = if best.is_finite() { member.evidence - best } else { member.prior };
         }
-        self.predict(new.stamp);
+        if self.frames() >= 2 {
+            self.predicted.take(&self.members, new.stamp, true);
+        }
     }
 
     /// What the mixture says of `stamp`, from two frames on.
     pub(super) fn posterior(&self, stamp: f64) -> Posterior {
-        match &self.predicted {
-            Some(predicted) if predicted.stamp == stamp => predicted.posterior,
-            _ => self.predicted_at(stamp).posterior,
+        if self.predicted.stamp == stamp {
+            return self.predicted.posterior;
         }
+        let mut predicted = Predicted::NOTHING;
+        predicted.take(&self.members, stamp, true);
+        predicted.posterior
+    }
+}
+
+impl Predicted {
+    const NOTHING: Predicted = Predicted {
+        stamp: f64::NEG_INFINITY,
+        states: [State { mean: [0.0; 3], covariance: [0.0; 6] }; MEMBERS],
+        weights: [0.0; MEMBERS],
+        posterior: Posterior { distance: 0.0, closing_speed: 0.0, dd: 0.0, dv: 0.0, vv: 0.0, model_bias: 0.0 },
+    };
+
+    /// Predicts the states of all filters at `stamp`. `learnt` says whether their evidence is new.
+    fn take(&mut self, members: &[Member; MEMBERS], stamp: f64, learnt: bool) {
+        self.stamp = stamp;
+        for (state, member) in self.states.iter_mut().zip(members) {
+            *state = member.filter.predict(stamp);
+        }
+        if learnt {
+            for (weight, member) in self.weights.iter_mut().zip(members) {
+                *weight = member.evidence.exp();
+            }
+            let sum: f64 = self.weights.iter().sum();
+            self.weights.iter_mut().for_each(|weight| *weight /= sum);
+        }
+        self.posterior = self.mixture();
     }
 
-    /// The average of states of all filters, weighed by their evidence.
-    fn mixture(&self, states: &[State; MEMBERS]) -> Posterior {
-        let weights = self.members.map(|member| member.evidence.exp());
-        let sum: f64 = weights.iter().sum();
+    /// The average of the states, weighed by the evidence of the filters.
+    fn mixture(&self) -> Posterior {
         // From the first member on, so that no digits are lost where the target is far.
-        let ([first, speed, _], mut moved) = (states[0].mean, [0.0; 2]);
-        for (weight, State { mean: [d, v, _], .. }) in weights.iter().zip(states) {
-            let share = weight / sum;
+        let ([first, speed, _], mut moved) = (self.states[0].mean, [0.0; 2]);
+        for (share, State { mean: [d, v, _], .. }) in self.weights.iter().zip(&self.states) {
             moved[0] += share * (d - first);
             moved[1] += share * (v - speed);
         }
         let [distance, closing_speed] = [first + moved[0], speed + moved[1]];
         let mut mean = Posterior { distance, closing_speed, dd: 0.0, dv: 0.0, vv: 0.0, model_bias: 0.0 };
-        for (weight, state) in weights.iter().zip(states) {
+        for (share, state) in self.weights.iter().zip(&self.states) {
             let ([d, v, _], [dd, dv, _, vv, _, _]) = (state.mean, state.covariance);
-            let (share, d, v) = (weight / sum, d - distance, v - closing_speed);
+            let (d, v) = (d - distance, v - closing_speed);
             mean.dd += share * (dd + d * d);
             mean.dv += share * (dv + d * v);
             mean.vv += share * (vv + v * v);

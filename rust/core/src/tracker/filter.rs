@@ -84,6 +84,7 @@ impl KalmanFilter {
     }
 
     /// The state moved on to `stamp`.
+    #[inline]
     pub(super) fn predict(&self, stamp: f64) -> State {
         let t = stamp - self.stamp;
         if t == 0.0 {
@@ -115,11 +116,12 @@ impl KalmanFilter {
     /// Takes a distance into the state.
     pub(super) fn update(&mut self, new: Measurement) {
         let predicted = if self.frames < 2 { self.state } else { self.predict(new.stamp) };
-        self.update_from(predicted, new);
+        self.update_from(&predicted, &new);
     }
 
     /// Takes a distance into the state that was predicted for its stamp. The first two distances need none.
-    pub(super) fn update_from(&mut self, predicted: State, new: Measurement) {
+    #[inline]
+    pub(super) fn update_from(&mut self, predicted: &State, new: &Measurement) {
         self.frames = self.frames.saturating_add(1);
         self.state = match self.frames {
             1 => State { mean: [new.distance, 0.0, 0.0], covariance: [new.variance, 0.0, 0.0, 0.0, 0.0, 0.0] },
@@ -130,7 +132,7 @@ impl KalmanFilter {
     }
 
     /// The line through the first two distances. A filter that knows nothing of the speed beforehand has this by then.
-    fn started_by(&self, new: Measurement) -> State {
+    fn started_by(&self, new: &Measurement) -> State {
         let (dt, first, acceleration) = (new.stamp - self.stamp, self.state, self.model.acceleration.powi(2));
         let both = (new.variance + first.covariance[0]) / (dt * dt);
         let process_noise = self.model.acceleration_process_noise * dt / 3.0 + acceleration * dt * dt / 4.0;
@@ -148,8 +150,8 @@ impl KalmanFilter {
     }
 
     /// The predicted state, corrected by the innovation.
-    fn corrected(&self, predicted: State, new: Measurement) -> State {
-        let State { mean: [d, v, a], covariance: [dd, dv, da, vv, va, aa] } = predicted;
+    fn corrected(&self, predicted: &State, new: &Measurement) -> State {
+        let State { mean: [d, v, a], covariance: [dd, dv, da, vv, va, aa] } = *predicted;
         let innovation = new.distance - d;
         let total = dd + new.variance;
         let [kd, kv, ka] = match self.model.memory {
