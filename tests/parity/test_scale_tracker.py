@@ -37,7 +37,7 @@ def test_histories(seed: int, lidar: str, moves: bool) -> None:
         speed += float(random.normal(0.0, 0.1))
         distance = max(before - speed * dt, 0.5)
         scale = before / distance * float(random.normal(1.0, spread)) if random.random() < 0.8 else None
-        extra = {}
+        extra: dict[str, float] = {}
         if lidar == "always" or (lidar == "late" and picture > 20) or (lidar == "jumps" and picture % 5):
             seen = distance + (9.0 if lidar == "jumps" and random.random() < 0.3 else 0.0)
             extra |= {"distance": seen + float(random.normal(0.0, 0.02)), "distance_noise": 0.02}
