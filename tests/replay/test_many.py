@@ -20,6 +20,7 @@ from tests.support.bags import drive, write
 from tests.support.fleet import contents, logs_of_every_kind
 from ttc_fast.cli import main
 from ttc_fast.logs import LogError
+from ttc_fast.logs.storage import written_whole
 from ttc_fast.replay import Progress, Replay, Replayed, Row, Settings, Summary, many, replay_many, sample, terminal
 from ttc_fast.replay.executors import Processes, WorkerLostError
 from ttc_fast.replay.row import plain
@@ -196,6 +197,29 @@ def test_a_process_that_is_killed_takes_no_other_task_with_it(tmp_path: Path) ->
             executor.submit(os.stat, str(tmp_path / "nowhere")).result(30)
     finally:
         executor.shutdown()
+
+
+def test_what_is_written_is_whole_or_absent(tmp_path: Path) -> None:
+    place, aside = tmp_path / "part.parquet", tmp_path / ".unfinished"
+
+    def write_half() -> None:
+        with written_whole(place, aside) as file:
+            file.write_text("half")
+            assert not place.exists()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_half()
+    assert not place.exists()
+    assert list(aside.iterdir()) == []
+    with written_whole(place, aside) as file:
+        file.write_text("whole")
+    assert place.read_text() == "whole"
+
+
+def test_jobs_are_for_this_machine(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", str(SCANS), "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"]) == 2
+    assert "--jobs is for this machine" in capsys.readouterr().err
 
 
 def test_a_worker_of_another_version_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

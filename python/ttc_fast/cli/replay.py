@@ -162,6 +162,10 @@ def run_many(logs: list[Location], settings: Settings, arguments: argparse.Names
     spare_logs(logs, each_of(rows, logs))
     if arguments.again and not into_folder:
         raise CommandError(USAGE, "--again says that what is done in the folder of --out is done anew: give a folder")
+    if arguments.scheduler is not None and arguments.jobs is not None:
+        raise CommandError(
+            USAGE, "--jobs is for this machine: how many workers --scheduler has is said where they start"
+        )
     executor = None if arguments.scheduler is None else _connected(arguments.scheduler)
     try:
         with show_progress() as progress:
