@@ -8,7 +8,7 @@ import pytest
 from ttc_fast.logs import CloudLog, LogError, open_log
 from ttc_fast.logs.stamps import natural, series_of, stamp_in
 from ttc_fast.replay import Replay, Settings
-from ttc_fast.replay.terminal import open_console, print_summary
+from ttc_fast.replay.terminal import open_console, print_summary, print_used
 
 S = 1_533_151_603  # 2018
 
@@ -216,5 +216,6 @@ def test_an_assumed_rate_is_said_in_the_summary(
     frames_in(tmp_path, ["000000", "000001"])
     replay = Replay(tmp_path, Settings(log_options=options))
     assert len(list(replay)) == 2
+    print_used(replay, open_console())
     print_summary(replay, open_console())
     assert ("ASSUMED     10 frames a second, as neither the names" in capsys.readouterr().out) == expected

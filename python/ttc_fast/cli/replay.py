@@ -97,7 +97,7 @@ def show(path: Location, settings: Settings, console: Console, rows: int, files:
     """Replay one log: write its rows, draw it, and print rows and summary."""
     from ttc_fast.replay import Replay
     from ttc_fast.replay.output import OutputError, play
-    from ttc_fast.replay.terminal import print_rows, print_summary, show_live
+    from ttc_fast.replay.terminal import print_rows, print_summary, print_used, show_live
 
     try:
         replay = Replay(path, settings)
@@ -106,6 +106,7 @@ def show(path: Location, settings: Settings, console: Console, rows: int, files:
         raise CommandError(USAGE, f"{path}: {settings.typed(error)}") from error
     except OutputError as error:
         raise CommandError(FAILED, str(error)) from error
+    print_used(replay, console)
     print_rows(replay, console, rows)
     print_summary(replay, console)
     return replay

@@ -261,6 +261,8 @@ class _BagLog:
         self.frame_count = source.topic.messages
         self.clock = source.clock
         self.motion = source.motion
+        self.sensor = source.topic.name + (f", frame {source.frame_id}" if source.frame_id else "")
+        """The topic of the sensor and its frame, for people."""
         self._source = source
 
     @property

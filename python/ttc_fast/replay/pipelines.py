@@ -21,6 +21,7 @@ from ttc_fast.brake.types import Needs
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs.log import REP_103
 from ttc_fast.replay.controller import ReplayController, motion_of
+from ttc_fast.replay.road import find_road
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.settings import GATE_OPTIONS, SCANNER
 from ttc_fast.sensors.clouds import FAR_AWAY, Placement, only_heights
@@ -163,9 +164,14 @@ class Clouds:
         scanner = settings.of_scanner
         recorded = getattr(log, "mount", None) or (0.0, 0.0, 0.0)
         self.outline, self.mount = scanner.get("outline"), tuple(scanner.get("mount", recorded))
-        self.lidar = with_bumper(log.lidar, self.outline, self.mount)
+        lidar, road = log.lidar, ""
+        if lidar.sensor_height is None and not settings.says_heights:
+            lidar, road = find_road(log, settings)
+        self.lidar = with_bumper(lidar, self.outline, self.mount)
         self.gate = settings.gate_of(self.lidar)
         self.about = about_clouds(self.gate, self.lidar.front_offset)
+        if road:
+            self.about.insert(0, ("road", road))
         mounted = getattr(log, "mounted", "")
         if mounted and "mount" not in scanner:
             x, y, yaw = self.mount

@@ -184,7 +184,10 @@ class Replay:
     """
 
     def __init__(self, path: str | PathLike[str], settings: Settings | None = None) -> None:
-        settings = settings or Settings()
+        if settings is not None and not isinstance(settings, Settings):
+            fix = "such as Settings(log_options={'speed': 2.0})"
+            raise TypeError(f"settings must be Settings, {fix}, got {type(settings).__name__}")
+        settings = Settings() if settings is None else settings
         self.log = open_log(path, **settings.of_log)
         if isinstance(self.log, BagScans) and settings.of_scanner.get("mount") is not None:
             self.log.without_mount()

@@ -137,6 +137,11 @@ class Settings:
         return "x" in self.gate or self.configuration.gate is not None
 
     @property
+    def says_heights(self) -> bool:
+        """Whether the user says at which heights points count."""
+        return "z" in self.gate or self.configuration.gate is not None
+
+    @property
     def says_axes(self) -> bool:
         """Whether the user says which stored coordinates are forward, left and up."""
         gate = self.configuration.gate

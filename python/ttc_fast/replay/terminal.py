@@ -142,10 +142,18 @@ def _chosen(rows: list[Row], limit: int) -> list[int]:
     return sorted({*even, *changes})
 
 
-def print_summary(replay: Replay, console: Console) -> None:
-    """Print what a log is, what decided, and what it came to."""
+def print_used(replay: Replay, console: Console) -> None:
+    """Print what was used, and why: the log, its topic, clock and rate, the speed, the sensor, and what decides."""
     if replay.summary.frames:
-        for name, text in (*_said(replay), *_found(replay.summary)):
+        for name, text in _said(replay):
+            line(console, name, text)
+        console.print()
+
+
+def print_summary(replay: Replay, console: Console) -> None:
+    """Print what a log came to."""
+    if replay.summary.frames:
+        for name, text in _found(replay.summary):
             line(console, name, text)
         if replay.summary.assumed:
             line(console, "ASSUMED", replay.summary.assumed)
@@ -155,6 +163,8 @@ def _said(replay: Replay) -> Iterator[tuple[str, str]]:
     """Yield the lines that say what the log is, and what the numbers rest on."""
     summary, log = replay.summary, replay.log
     yield "log", f"{summary.path}: {summary.pace}"
+    if sensor := getattr(log, "sensor", ""):
+        yield "sensor", sensor
     yield "time", log.clock
     motion = getattr(log, "motion", "")
     if motion:
