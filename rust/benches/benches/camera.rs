@@ -13,18 +13,41 @@ type Matches = [Vec<f32>; 4];
 const SIZES: [usize; 4] = [50, 200, 1000, 3000];
 const MIN_DISTANCE: f64 = 100.0;
 
-/// A car that grows by a hundredth, with a pixel of noise; rounded to pixels if `grid`. The same in every run.
-fn car(count: usize, grid: bool) -> Matches {
+/// Pictures take turns, so that no branch predictor learns one by heart.
+const PICTURES: usize = 4;
+
+/// Where the matches are, and what their ratios are like.
+#[derive(Clone, Copy, PartialEq)]
+enum World {
+    /// A car that grows by a hundredth, with a pixel of noise.
+    Car,
+    /// The same, rounded to pixels: many ratios are equal.
+    OnPixels,
+    /// All over a picture that grows by a twentieth, with six pixels of noise.
+    Picture,
+    /// All over a picture that grows by a twentieth: ratios differ by rounding alone.
+    Exact,
+}
+
+/// Matches, the same in every run.
+fn pictures(count: usize, world: World) -> [Matches; PICTURES] {
     let mut random = Random(2026);
-    let mut columns = Matches::default();
-    for _ in 0..count {
-        let (x, y) = (random.between(550.0, 700.0), random.between(180.0, 330.0));
-        let numbers = [x, y, 1.01 * x + random.between(-0.5, 0.5), 1.01 * y + random.between(-0.5, 0.5)];
-        for (column, number) in columns.iter_mut().zip(numbers) {
-            column.push(if grid { number.round() } else { number });
+    let (left, top, side, scale, noise) = match world {
+        World::Car | World::OnPixels => (550.0, 180.0, 150.0, 1.01, 0.5),
+        World::Picture => (0.0, 0.0, 1200.0, 1.05, 3.0),
+        World::Exact => (0.0, 0.0, 1200.0, 1.05, 0.0),
+    };
+    std::array::from_fn(|_| {
+        let mut columns = Matches::default();
+        for _ in 0..count {
+            let (x, y) = (random.between(left, left + side), random.between(top, top + side));
+            let mut grown = |at: f32| scale * at + random.between(-noise, noise);
+            for (column, number) in columns.iter_mut().zip([x, y, grown(x), grown(y)]) {
+                column.push(if world == World::OnPixels { number.round() } else { number });
+            }
         }
-    }
-    columns
+        columns
+    })
 }
 
 /// The ratios of all pairs that count, in order: the definition.
@@ -55,35 +78,41 @@ fn check(matches: &Matches, level: Level) {
     assert_eq!((answer.scale, answer.pairs), (median, ratios.len()));
 }
 
-fn median(c: &mut Criterion) {
-    for (name, grid) in [("median of ratios", false), ("median of ratios, on pixels", true)] {
-        let mut group = c.benchmark_group(name);
-        for count in SIZES {
-            let matches = car(count, grid);
-            group.throughput(Throughput::Elements((count * (count - 1) / 2) as u64));
-            for level in Level::all() {
-                check(&matches, level);
-                group.bench_function(BenchmarkId::new(level.to_string(), count), |b| {
-                    b.iter(|| run(&matches, Estimator::MedianRatio, level));
-                });
-            }
-        }
-    }
-}
-
-fn consensus(c: &mut Criterion) {
-    let mut group = c.benchmark_group("consensus");
+/// Benchmarks an estimator on matches of every size, at every level; `check` looks at each answer first.
+fn each_level(c: &mut Criterion, name: &str, world: World, estimator: Estimator, check: impl Fn(&Matches, Level)) {
+    let mut group = c.benchmark_group(name);
     for count in SIZES {
-        let matches = car(count, false);
-        let lowest = run(&matches, Estimator::default(), Level::BASELINE);
+        let pictures = pictures(count, world);
+        group.throughput(Throughput::Elements((count * (count - 1) / 2) as u64));
         for level in Level::all() {
-            assert_eq!(run(&matches, Estimator::default(), level), lowest);
+            for matches in &pictures {
+                check(matches, level);
+            }
+            let mut turns = pictures.iter().cycle();
             group.bench_function(BenchmarkId::new(level.to_string(), count), |b| {
-                b.iter(|| run(&matches, Estimator::default(), level));
+                b.iter(|| run(turns.next().expect("endless"), estimator, level));
             });
         }
     }
 }
 
-criterion_group!(benches, median, consensus);
+fn camera(c: &mut Criterion) {
+    let worlds = [
+        ("median of ratios", World::Car),
+        ("median of ratios, on pixels", World::OnPixels),
+        ("median of ratios, all over the picture", World::Picture),
+        ("median of ratios, without noise", World::Exact),
+    ];
+    for (name, world) in worlds {
+        each_level(c, name, world, Estimator::MedianRatio, check);
+    }
+    let others = [("consensus", Estimator::default()), ("trimmed mean", Estimator::TrimmedMeanRatio(0.1))];
+    for (name, estimator) in others {
+        each_level(c, name, World::Picture, estimator, |matches, level| {
+            assert_eq!(run(matches, estimator, level), run(matches, estimator, Level::BASELINE));
+        });
+    }
+}
+
+criterion_group!(benches, camera);
 criterion_main!(benches);

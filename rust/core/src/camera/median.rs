@@ -83,13 +83,13 @@ fn by_counting<T: Real>(
         let bracket = bracket(sample, 0.5, deviations, level);
         let inside = share_inside(sample, bracket.widened(T::SLACK.to_f64()));
         let expected = deviations / (sample.len() as f64).sqrt();
-        // NaN of an empty sample.
-        if !(inside <= expected + CROWD) {
+        // It is NaN of an empty sample.
+        if inside.is_nan() || inside > expected + CROWD {
             return Err(Failure);
         }
         let tiles = tiles.get_or_insert_with(|| Tiles::new(matches)).as_ref();
         let pairs = AllPairs::of(matches, tiles, rule, level, threads);
-        if let Some(median) = pairs.proven_median(bracket, inside) {
+        if let Ok(median) = pairs.proven_median(bracket, inside) {
             return Ok(median);
         }
     }
@@ -97,8 +97,8 @@ fn by_counting<T: Real>(
 }
 
 impl<T: Real> AllPairs<'_, T> {
-    /// The median, if it is inside the bracket and not too many other ratios are; `None` in it if no pair counts.
-    fn proven_median(&self, bracket: Bracket, share: f64) -> Option<Option<Ratio>> {
+    /// The median, if it is inside the bracket and not too many other ratios are; `None` if no pair counts.
+    fn proven_median(&self, bracket: Bracket, share: f64) -> Result<Option<Ratio>, Failure> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of groups")]
         let expected = (self.groups() as f64 * (1.5 * LANES as f64 * share).min(1.0)) as usize;
         let counted = self.each_part(|pairs| {
@@ -107,23 +107,23 @@ impl<T: Real> AllPairs<'_, T> {
         });
         let (mut inside, mut below, mut pairs) = (Vec::new(), 0, 0);
         for piece in counted {
-            let (decided, counted) = piece?;
+            let (decided, counted) = piece.ok_or(Failure)?;
             below += counted.below;
             pairs += counted.below + counted.above + decided.len();
             if inside.is_empty() { inside = decided } else { inside.extend(decided) }
         }
         if pairs == 0 {
-            return Some(None);
+            return Ok(None);
         }
         let Middle { low, high } = Middle::of(pairs);
-        let place = |rank: usize| rank.checked_sub(below).filter(|place| *place < inside.len());
+        let place = |rank: usize| rank.checked_sub(below).filter(|place| *place < inside.len()).ok_or(Failure);
         let (low, high) = (place(low)?, place(high)?);
         let (front, high_value, _) = inside.select_nth_unstable_by_key(high, in_order);
         let high_value = *high_value;
         let low_value = if low == high { high_value } else { front.iter().copied().fold(0.0, f64::max) };
         // Pairs that were counted below are below the bracket for certain, but borderline ones may be, too.
         let holds = bracket.holds(low_value) && bracket.holds(high_value);
-        holds.then(|| Some(Ratio::between(low_value, high_value, pairs)))
+        if holds { Ok(Some(Ratio::between(low_value, high_value, pairs))) } else { Err(Failure) }
     }
 }
 

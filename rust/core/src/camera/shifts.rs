@@ -228,7 +228,7 @@ mod tests {
     #[test]
     fn values_of_all_ranks() {
         for count in [1, 15, 16, 17, 700] {
-            let values: Vec<f64> = (0..count).map(|i| ((i * 617) % 701 / 2) as f64).collect();
+            let values: Vec<f64> = (0..count).map(|i| f64::from((i * 617) % 701 / 2)).collect();
             let mut sorted = values.clone();
             sorted.sort_unstable_by(f64::total_cmp);
             for level in Level::all() {
