@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+import sysconfig
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -33,6 +34,11 @@ def answers(scan: ScanTTC, ranges: Any, speed: float) -> tuple[Any, ...]:
         status.tobytes(),
         ttc_fast.ittc(ranges, closing_speed=speed).tobytes(),
     )
+
+
+@pytest.mark.skipif(not sysconfig.get_config_var("Py_GIL_DISABLED"), reason="this Python always has the GIL")
+def test_a_python_without_the_gil_stays_without() -> None:
+    assert not getattr(sys, "_is_gil_enabled")()  # noqa: B009 (mypy knows no such name before 3.13)
 
 
 @pytest.mark.parametrize("minimum", [None, KthSmallest(3), NeighbourSupport()], ids=repr)
