@@ -247,12 +247,13 @@ class Voting:
     def __init__(self, settings: BrakeSettings) -> None:
         self._trigger, self._release = NOfM(settings.trigger), NOfM(settings.release)
         self._hold, self._timeout = settings.hold, settings.sensor_timeout
-        self._learn(settings.sensor_timeout)
+        self._from = self._to = settings.sensor_timeout
+        self._quorums = self._trigger.quorum(self._to), self._release.quorum(self._to)
 
     def _learn(self, period: float) -> None:
         """Find both quorums; they are the same for every period between two that have them."""
         quorums = self._trigger.quorum(period), self._release.quorum(period)
-        is_known = hasattr(self, "_quorums") and quorums == self._quorums
+        is_known = quorums == self._quorums
         self._from, self._to = (min(self._from, period), max(self._to, period)) if is_known else (period, period)
         self._quorums = quorums
 

@@ -316,10 +316,10 @@ class NodeSettings:
         """Return where the sensors of the cloud look, as ``BrakeController`` takes it."""
         numbers, views = self.points_views or (), []
         for begin in range(0, len(numbers), len(VIEW)):
-            angle_min, angle_max, *mount = numbers[begin : begin + len(VIEW)]
+            angle_min, angle_max, x, y, yaw = numbers[begin : begin + len(VIEW)]
             steps = math.ceil((angle_max - angle_min) / BEAM)
             step = (angle_max - angle_min) / steps
-            views.append(ScanTTC(angle_min, step, steps + 1, mount=tuple(mount), outline=self.outline))
+            views.append(ScanTTC(angle_min, step, steps + 1, mount=(x, y, yaw), outline=self.outline))
         return tuple(views)
 
     def criteria(self) -> tuple[Criterion, ...]:
