@@ -384,7 +384,7 @@ def test_an_upside_down_scanner_from_the_command_line(tmp_path: Path, capsys: py
     items = [
         item
         for i in range(20)
-        for item in (Odom(i / 40, i / 40, speed=2.0, yaw_rate=-1.5), Scan(i / 40, i / 40, ranges))
+        for item in (Odom(i / 40, i / 40, speed=2.0, yaw_rate=-1.5), Scan(i / 40, i / 40, ranges - 0.001 * i))
     ]
     path = str(write(tmp_path, "bag", items))
     outline = ["--outline", "-0.1", "0.4", "-0.15", "0.15", "--rows", "0"]
