@@ -414,9 +414,10 @@ def test_a_node_decides_as_the_replay_of_the_same_messages(
     new = [known and each[2] is not None for each, known in zip(decided, by_motion, strict=True)]
     ttcs = [each[2].path.ttc if known else None for each, known in zip(decided, new, strict=True)]
     assert ttcs == [row.ttc if known else None for row, known in zip(rows, new, strict=True)]
-    values = [(row.value, each[3]) for row, each, known in zip(rows, decided, by_motion, strict=True) if known]
-    assert all(one == other for one, other in values)
-    assert len(values) > 10
+    known = [pair for pair, known in zip(zip(rows, decided, strict=True), by_motion, strict=True) if known]
+    assert all(each[3] == row.value for row, each in known if row.criterion)
+    assert all(math.isnan(row.value) for row, _ in known if not row.criterion)
+    assert len(known) > 10
 
 
 WIDE = np.dtype([("ring", "<u2"), ("z", "<f4"), ("x", "<f4"), ("y", "<f4"), ("intensity", "<f4"), ("t", "<f8")])

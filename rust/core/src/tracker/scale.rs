@@ -283,8 +283,8 @@ impl Target {
             mean.dv += share * (dv + d * v);
             mean.vv += share * (vv + v * v);
         }
-        let shared = (SHARED * mean.closing_speed.abs()).max(SHARED_OF_SPREAD * self.spread * mean.distance);
-        mean.vv += if self.is_metric { (SYSTEMATIC * mean.closing_speed).powi(2) } else { shared * shared };
+        let common = (SHARED * mean.closing_speed.abs()).max(SHARED_OF_SPREAD * self.spread * mean.distance);
+        mean.vv += if self.is_metric { (SYSTEMATIC * mean.closing_speed).powi(2) } else { common * common };
         mean
     }
 }

@@ -76,10 +76,10 @@ impl ScaleTracker {
         let mut out = vec![self.origin.unwrap_or(f64::NAN), self.newest, *measured, *spread];
         out.extend([f64::from(u8::from(*is_metric)), f64::from(*speeds), f64::from(*distances), f64::from(*too_far)]);
         write_answer(&mut out, &self.answer);
-        members.iter().for_each(|member| {
+        for member in members {
             out.push(member.evidence);
             write_kalman(&mut out, &member.filter);
-        });
+        }
         out
     }
 
