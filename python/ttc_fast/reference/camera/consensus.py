@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.reference.camera.similarity import squared_residuals, through, total
+from ttc_fast.reference.camera.similarity import Similarity, fitted, squared_residuals, through, total
 from ttc_fast.reference.camera.spread import strained
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast._core import Consensus
-    from ttc_fast.reference.camera.similarity import Similarity
 
     Doubles = NDArray[np.float64]
     Bools = NDArray[np.bool_]
@@ -37,13 +36,21 @@ def inliers(search: Consensus, before: Doubles, now: Doubles) -> Bools | None:
     best = _best_of_pairs(search, before, now, squared)
     if best is None:
         return None
-    those = squared_residuals(best, before, now) <= squared
+    first = squared_residuals(best, before, now) <= squared
+    unstrained = _refined(fitted, before, now, first, squared)
+    # Strain may take background for a part of the body, and then fewer matches agree in the end.
+    return max((_refined(strained, before, now, those, squared) for those in (first, unstrained)), key=np.sum)
+
+
+def _refined(fit: Any, before: Doubles, now: Doubles, those: Bools, squared: float) -> Bools:
+    """Find the matches that agree with a map that is fitted to them, from those of a first guess."""
     rounded = (before == now).sum() > UNCHANGED * before.size
     for _ in range(MOST_ROUNDS):
-        found = strained(before[those], now[those])
+        found = fit(before[those], now[those])
         if found is None:
             break
-        residuals = found.squared_residuals(before, now)
+        is_similarity = isinstance(found, Similarity)
+        residuals = squared_residuals(found, before, now) if is_similarity else found.squared_residuals(before, now)
         variance = total(residuals[those]) / (2 * those.sum())
         limit = squared if rounded else min(squared, variance * WIDTH_SQUARED)
         following = residuals <= max(limit, min(squared, LEAST_TOLERANCE * LEAST_TOLERANCE))

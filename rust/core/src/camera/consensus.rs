@@ -2,7 +2,9 @@
 //!
 //! A match that does not belong to the body ahead, be it background or a mismatch, moves in another way. So the
 //! similarity that most matches agree with is looked for, by two matches at a time. It is refined
-//! until it is fitted to the matches that agree with it, with the strain that they show.
+//! until it is fitted to the matches that agree with it, with the strain that they show: once from there, and once from
+//! the matches that a fit without strain settles on. Strain may take background for a part of the body, and then fewer
+//! matches agree in the end; so the larger consensus counts.
 
 use super::matches::Matches;
 use super::similarity::Similarity;
@@ -36,20 +38,16 @@ impl Ransac {
     pub(super) fn inliers<T: Real>(self, matches: &Matches<T>, level: Level) -> Option<Matches<T>> {
         let squared = self.tolerance * self.tolerance;
         let best = self.best_of_pairs(matches, squared, level)?;
-        let mut agreed = inliers(matches, |p, c| best.squared_residual(p, c), squared);
-        let rounded = is_rounded(matches);
-        for _ in 0..MOST_ROUNDS {
-            let Some(fitted) = Strained::fitted(&matches.select(&agreed)) else { break };
-            let residual = |p, c| fitted.squared_residual(p, c);
-            let limit = if rounded { squared } else { squared.min(noise(matches, &agreed, residual) * WIDTH_SQUARED) };
-            let limit = limit.max(squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE));
-            let next = inliers(matches, residual, limit);
-            if next.len() < 3 || next == agreed {
-                break;
-            }
-            agreed = next;
-        }
-        Some(matches.select(&agreed))
+        let first = inliers(matches, |p, c| best.squared_residual(p, c), squared);
+        let unstrained = refined(matches, first.clone(), squared, |those| {
+            Similarity::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c))
+        });
+        let [direct, by_similarity] = [first, unstrained].map(|those| {
+            refined(matches, those, squared, |those| {
+                Strained::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c))
+            })
+        });
+        Some(matches.select(if by_similarity.len() > direct.len() { &by_similarity } else { &direct }))
     }
 
     /// The similarity through two matches that most matches agree with; of several the first.
@@ -70,6 +68,27 @@ impl Ransac {
         }
         best
     }
+}
+
+/// The matches that agree with a map that is fitted to them, from those of a first guess.
+fn refined<T: Real, R: Fn([f64; 2], [f64; 2]) -> f64>(
+    matches: &Matches<T>,
+    mut agreed: Vec<usize>,
+    squared: f64,
+    fit: impl Fn(&Matches<T>) -> Option<R>,
+) -> Vec<usize> {
+    let rounded = is_rounded(matches);
+    for _ in 0..MOST_ROUNDS {
+        let Some(residual) = fit(&matches.select(&agreed)) else { break };
+        let limit = if rounded { squared } else { squared.min(noise(matches, &agreed, &residual) * WIDTH_SQUARED) };
+        let limit = limit.max(squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE));
+        let next = inliers(matches, &residual, limit);
+        if next.len() < 3 || next == agreed {
+            break;
+        }
+        agreed = next;
+    }
+    agreed
 }
 
 /// The numbers of the matches whose squared residual is at most `squared`.

@@ -48,6 +48,11 @@ impl Centred {
 }
 
 impl Similarity {
+    /// The similarity of the least squared distances in the later picture.
+    pub(super) fn fitted<T: Real>(matches: &Matches<T>) -> Option<Self> {
+        Centred::of(matches).map(|matches| matches.similarity())
+    }
+
     /// The similarity that takes two matches where they went; `None` if both were on one spot.
     pub(super) fn through<T: Real>(matches: &Matches<T>, i: usize, j: usize) -> Option<Self> {
         let ((before, now), (p, c)) = (matches.get(i), matches.get(j));
