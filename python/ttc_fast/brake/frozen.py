@@ -101,7 +101,10 @@ def hold(before: Held, frame: Frame, assessment: ThreatAssessment, settings: Bra
         y += motion.speed * sin + motion.lateral_speed * cos
         yaw, way = yaw + motion.yaw_rate * passed, way + motion.over_ground * passed
     if not is_frozen and way > DRIVEN and frame.stamp - since > settings.sensor_timeout:
-        is_frozen = contradict(*returns(frame, assessment), *moved(frame, assessment, x, y, yaw))
+        share = DRIVEN / way  # what holds all along holds after the first of it, where most returns are still seen
+        is_frozen = contradict(
+            *returns(frame, assessment), *moved(frame, assessment, x * share, y * share, yaw * share)
+        )
     return Held(before.readings, since, Driven(frame.stamp, way, x, y, yaw), is_frozen)
 
 
