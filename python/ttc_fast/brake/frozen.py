@@ -115,7 +115,7 @@ def bits_of(readings: Any) -> bytes:
     rows = np.asarray(readings)
     if rows.dtype.hasobject or not rows.ndim:
         return b""
-    return rows[:: max(rows.nbytes // MOST_BYTES, 1)].tobytes()
+    return rows[:: rows.nbytes // MOST_BYTES | 1].tobytes()  # an odd step meets every ring of 2^n
 
 
 def returns(frame: Frame, assessment: ThreatAssessment) -> tuple[Floats, Floats, float]:
@@ -139,7 +139,7 @@ def returns(frame: Frame, assessment: ThreatAssessment) -> tuple[Floats, Floats,
             points = np.asarray(points)
             points = (points["x"], points["y"]) if points.dtype.names else (points[..., 0], points[..., 1])
         x, y = (np.asarray(each, np.float64).ravel() for each in points[:2])
-        step = max(len(x) * 8 // MOST_BYTES, 1)
+        step = len(x) * 8 // MOST_BYTES | 1
         distance, bearing = np.hypot(x[::step], y[::step]), np.arctan2(y[::step], x[::step])
         seen, between = (distance > 0.0) & (distance < FARTHEST), BETWEEN_POINTS
     bearing, distance = bearing[seen], distance[seen]
