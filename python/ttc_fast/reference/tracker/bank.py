@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ttc_fast.reference.mixture import MODELS
-from ttc_fast.reference.tracker.filter import KalmanFilter, Posterior
+from ttc_fast.reference.tracker.filter import KalmanFilter, Posterior, of_mixture
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,10 +74,5 @@ class FilterBank:
         parts = [part for each in self.filters if (part := each.posterior(stamp, variance)) is not None]
         if not parts:
             return None
-        weight = np.exp(self.evidence)
-        weight /= weight.sum()
-        means = np.array([part.mean for part in parts])
-        mean = weight @ means
-        apart = means - mean
-        within = np.einsum("i,ijk", weight, np.array([part.covariance for part in parts]))
-        return Posterior(mean, within + (weight * apart.T) @ apart)
+        means, covariances = (np.array([getattr(part, name) for part in parts]) for name in ("mean", "covariance"))
+        return of_mixture(self.evidence, means, covariances)

@@ -2,8 +2,8 @@
 
 The state is distance, closing speed and closing acceleration. A scale tells the mean closing speed since the update
 before, as a share of the distance now: ``(scale - 1) / dt``. A displacement tells it in metres. Both are linear in the
-state, as a distance is, so that one bank of Kalman filters takes all three. As long as nobody has said a distance, its
-unit is free: the distance now is 1 after each update, and is known.
+state, as a distance is, so that one bank of Kalman filters takes all three. As long as no distance was given, its unit
+is free: after each update the distance is known, and is what the settings say.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ttc_fast.reference.arguments import non_negative, number, positive, shows_s
 from ttc_fast.reference.mixture import MODELS, SYSTEMATIC
 from ttc_fast.reference.tracker.answer import TrackedTTC, nothing, of_posterior, only_where
 from ttc_fast.reference.tracker.bank import SPEED_NOISE
-from ttc_fast.reference.tracker.filter import KalmanFilter, Posterior
+from ttc_fast.reference.tracker.filter import KalmanFilter, Posterior, of_mixture
 from ttc_fast.reference.tracker.track import NORMAL
 from ttc_fast.status import Status
 
@@ -265,16 +265,13 @@ class ScaleTracker:
         return float(distance - posterior.mean[0]) / math.sqrt(posterior.covariance[0, 0] + noise**2)
 
     def _posterior(self) -> Posterior:
-        weight = np.exp([member.evidence for member in self._members])
-        weight /= weight.sum()
+        evidence = np.array([member.evidence for member in self._members])
         means = np.array([member.filter.mean[:2] for member in self._members])
-        mean = weight @ means
-        apart = means - mean
-        within = np.einsum("i,ijk", weight, np.array([member.filter.covariance[:2, :2] for member in self._members]))
-        covariance = within + (weight * apart.T) @ apart
-        shared = max(SHARED * abs(mean[1]), SHARED_OF_SPREAD * self._spread * mean[0])
-        covariance[1, 1] += (SYSTEMATIC * mean[1] if self._metric else shared) ** 2
-        return Posterior(mean, covariance)
+        posterior = of_mixture(evidence, means, np.array([each.filter.covariance[:2, :2] for each in self._members]))
+        distance, speed = posterior.mean
+        shared = max(SHARED * abs(speed), SHARED_OF_SPREAD * self._spread * distance)
+        posterior.covariance[1, 1] += (SYSTEMATIC * speed if self._metric else shared) ** 2
+        return posterior
 
     def _answer_now(self) -> TrackedTTC:
         is_seen = self._measured == self._newest

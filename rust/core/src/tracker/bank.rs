@@ -143,26 +143,6 @@ impl Predicted {
             let sum: f64 = self.weights.iter().sum();
             self.weights.iter_mut().for_each(|weight| *weight /= sum);
         }
-        self.posterior = self.mixture();
-    }
-
-    /// The average of the states, weighed by the evidence of the filters.
-    fn mixture(&self) -> Posterior {
-        // From the first member on, so that no digits are lost where the target is far.
-        let ([first, speed, _], mut moved) = (self.states[0].mean, [0.0; 2]);
-        for (share, State { mean: [d, v, _], .. }) in self.weights.iter().zip(&self.states) {
-            moved[0] += share * (d - first);
-            moved[1] += share * (v - speed);
-        }
-        let [distance, closing_speed] = [first + moved[0], speed + moved[1]];
-        let mut mean = Posterior { distance, closing_speed, dd: 0.0, dv: 0.0, vv: 0.0, model_bias: 0.0 };
-        for (share, state) in self.weights.iter().zip(&self.states) {
-            let ([d, v, _], [dd, dv, _, vv, _, _]) = (state.mean, state.covariance);
-            let (d, v) = (d - distance, v - closing_speed);
-            mean.dd += share * (dd + d * d);
-            mean.dv += share * (dv + d * v);
-            mean.vv += share * (vv + v * v);
-        }
-        mean
+        self.posterior = Posterior::of_mixture(self.weights.iter().copied().zip(&self.states));
     }
 }

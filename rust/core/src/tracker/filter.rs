@@ -40,6 +40,27 @@ pub(super) struct Posterior {
 }
 
 impl Posterior {
+    /// The average of states, each with its share; the shares add up to 1.
+    #[inline]
+    pub(super) fn of_mixture<'s>(parts: impl Iterator<Item = (f64, &'s State)> + Clone) -> Self {
+        // From the first state on, so that no digits are lost where the target is far.
+        let [first, speed, _] = parts.clone().next().map_or([0.0; 3], |(_, state)| state.mean);
+        let mut moved = [0.0; 2];
+        for (share, State { mean: [d, v, _], .. }) in parts.clone() {
+            moved[0] += share * (d - first);
+            moved[1] += share * (v - speed);
+        }
+        let [distance, closing_speed] = [first + moved[0], speed + moved[1]];
+        let mut mean = Posterior { distance, closing_speed, dd: 0.0, dv: 0.0, vv: 0.0, model_bias: 0.0 };
+        for (share, State { mean: [d, v, _], covariance: [dd, dv, _, vv, _, _] }) in parts {
+            let (d, v) = (d - distance, v - closing_speed);
+            mean.dd += share * (dd + d * d);
+            mean.dv += share * (dv + d * v);
+            mean.vv += share * (vv + v * v);
+        }
+        mean
+    }
+
     /// Multiplies every variance by `factor`.
     pub(super) fn widened(self, factor: f64) -> Self {
         let Posterior { dd, dv, vv, model_bias, .. } = self;

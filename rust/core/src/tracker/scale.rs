@@ -3,8 +3,8 @@
 //! The state is that of a [`KalmanFilter`]: distance, closing speed and closing acceleration. A scale tells the mean
 //! closing speed since the update before as a share of the distance now, `(scale - 1) / dt`. A displacement tells it in
 //! metres. Both are linear in the state, as a distance is, so that one bank of filters, with the models of
-//! [`crate::mixture`], takes all three. As long as nobody has given a distance, its unit is free: the distance now is
-//! known and what the settings say, and each update begins with that again.
+//! [`crate::mixture`], takes all three. As long as no distance was given, its unit is free: after each update the
+//! distance is known, and is what the settings say.
 //!
 //! Scales of one target err alike, because its parts are not equally far away. No number of pictures averages that out:
 //! it joins the variance of the answer. Beside distances it must not, so there it joins the variance of each scale, as
@@ -270,19 +270,8 @@ impl Target {
     fn posterior(&self) -> Posterior {
         let weights = self.members.map(|member| member.evidence.exp());
         let sum: f64 = weights.iter().sum();
-        let mut mean = Posterior { distance: 0.0, closing_speed: 0.0, dd: 0.0, dv: 0.0, vv: 0.0, model_bias: 0.0 };
-        let shares = || weights.iter().map(|weight| weight / sum).zip(&self.members);
-        for (share, Member { filter, .. }) in shares() {
-            mean.distance += share * filter.state.mean[0];
-            mean.closing_speed += share * filter.state.mean[1];
-        }
-        for (share, Member { filter, .. }) in shares() {
-            let State { mean: [d, v, _], covariance: [dd, dv, _, vv, _, _] } = filter.state;
-            let (d, v) = (d - mean.distance, v - mean.closing_speed);
-            mean.dd += share * (dd + d * d);
-            mean.dv += share * (dv + d * v);
-            mean.vv += share * (vv + v * v);
-        }
+        let parts = weights.iter().zip(&self.members).map(|(weight, member)| (weight / sum, &member.filter.state));
+        let mut mean = Posterior::of_mixture(parts);
         let common = (SHARED * mean.closing_speed.abs()).max(SHARED_OF_SPREAD * self.spread * mean.distance);
         mean.vv += if self.is_metric { (SYSTEMATIC * mean.closing_speed).powi(2) } else { common * common };
         mean
