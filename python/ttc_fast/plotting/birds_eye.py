@@ -121,19 +121,22 @@ def _draw_path(axes: Axes, outline: Box, speed: float, yaw_rate: float, ahead: f
     """Draw where the outline will be for some time ahead if the vehicle goes on as it does."""
     if not math.isfinite(speed) or speed == 0.0:
         return
-    rear, front, right, left = outline
-    corners = np.array([(rear, right), (front, right), (front, left), (rear, left)])
-    for t in np.linspace(ahead, 0.0, STEPS):
-        turn = yaw_rate * t
-        along = speed * t
-        half = turn / 2.0
-        way = along * (math.sin(half) / half if half else 1.0)
-        middle = (way * math.cos(half), way * math.sin(half))
-        x = middle[0] + corners[:, 0] * math.cos(turn) - corners[:, 1] * math.sin(turn)
-        y = middle[1] + corners[:, 0] * math.sin(turn) + corners[:, 1] * math.cos(turn)
-        axes.add_patch(Polygon(np.column_stack([y, x]), closed=True, color=PALE, lw=0, zorder=1))
+    for corners in moved(outline, speed, yaw_rate, np.linspace(ahead, 0.0, STEPS)):
+        axes.add_patch(Polygon(corners[:, ::-1], closed=True, color=PALE, lw=0, zorder=1))
     path = Rectangle((0.0, 0.0), 0.0, 0.0, color=PALE, lw=0, label=f"its path in {ahead:g} s")
     axes.add_patch(path)
+
+
+def moved(outline: Box, speed: float, yaw_rate: float, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners of an outline that moves on an arc, at each of some times from now, shape (times, 4, 2)."""
+    rear, front, right, left = outline
+    corners = np.array([(rear, right), (front, right), (front, left), (rear, left)])
+    turn = yaw_rate * times
+    way = speed * times * np.sinc(turn / 2.0 / np.pi)
+    cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    x = (way * np.cos(turn / 2.0))[:, None] + cos * corners[:, 0] - sin * corners[:, 1]
+    y = (way * np.sin(turn / 2.0))[:, None] + sin * corners[:, 0] + cos * corners[:, 1]
+    return np.stack([x, y], axis=-1)
 
 
 def seen_by(

@@ -17,6 +17,7 @@ from ttc_fast._extras import missing
 from ttc_fast.brake import Command
 from ttc_fast.logs import CloudLog, ScanLog
 from ttc_fast.plotting import style as look
+from ttc_fast.plotting.birds_eye import moved
 from ttc_fast.replay.key_frame import view_of
 from ttc_fast.replay.run import name_of
 
@@ -146,12 +147,12 @@ def _log_view(rerun: Any, stream: Any, replay: Replay, row: Row) -> None:
     labels = None if view.at is None else [view.decides]
     stream.log("vehicle/decides", rerun.Points3D(decides, colors=INK, radii=rerun.Radius.ui_points(7.0), labels=labels))
     colour = ALARM if row.command is Command.BRAKE else CAUTION if row.command is Command.WARN else INK
-    outline = [] if view.vehicle is None else [corners_of(view.vehicle)]
+    outline = [] if view.vehicle is None else [box(view.vehicle)]
     stream.log("vehicle/outline", rerun.LineStrips3D(outline, colors=colour))
     path = [] if view.path is None or view.vehicle is None else swept(view.vehicle, *view.path)
     stream.log("vehicle/path", rerun.LineStrips3D(path, colors=PALE if row.command is Command.NONE else colour))
     lane = view.lane
-    gate = [] if lane is None else [corners_of((lane[0], min(lane[1], 100.0), lane[2], lane[3]))]
+    gate = [] if lane is None else [box((lane[0], min(lane[1], 100.0), lane[2], lane[3]))]
     stream.log("vehicle/gate", rerun.LineStrips3D(gate, colors=LINE))
 
 
@@ -161,22 +162,21 @@ def in_space(points: NDArray[Any]) -> NDArray[np.float32]:
     return points if points.shape[1] == 3 else np.column_stack([points, np.zeros(len(points), np.float32)])
 
 
-def corners_of(box: Box) -> NDArray[np.float64]:
+def closed(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the closed line around some corners, on the ground."""
+    line = corners[[0, 1, 2, 3, 0]]
+    return np.column_stack([line, np.zeros(len(line))])
+
+
+def box(outline: Box) -> NDArray[np.float64]:
     """Return the closed line around a box of (rear, front, right, left)."""
-    rear, front, right, left = box
-    line = [(rear, right), (front, right), (front, left), (rear, left), (rear, right)]
-    return np.column_stack([line, np.zeros(5)])
+    return closed(moved(outline, 0.0, 0.0, np.zeros(1))[0])
 
 
 def swept(outline: Box, speed: float, yaw_rate: float, ahead: float) -> list[NDArray[np.float64]]:
     """Return the ways of the corners of an outline at constant speed and yaw rate, and the outline at their end."""
     if not math.isfinite(speed) or speed == 0.0:
         return []
-    corners = corners_of(outline)[:, :2]
-    turn = yaw_rate * np.linspace(0.0, ahead, STEPS)
-    way = speed * np.linspace(0.0, ahead, STEPS) * np.sinc(turn / 2.0 / np.pi)
-    cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
-    x = (way * np.cos(turn / 2.0))[:, None] + cos * corners[:, 0] - sin * corners[:, 1]
-    y = (way * np.sin(turn / 2.0))[:, None] + sin * corners[:, 0] + cos * corners[:, 1]
-    ways = np.stack([x, y, np.zeros_like(x)], axis=-1)
-    return [*(ways[:, corner] for corner in range(4)), ways[-1]]
+    corners = moved(outline, speed, yaw_rate, np.linspace(0.0, ahead, STEPS))
+    ways = np.pad(corners, ((0, 0), (0, 0), (0, 1)))
+    return [*ways.swapaxes(0, 1), closed(corners[-1])]
