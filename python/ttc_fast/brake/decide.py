@@ -62,8 +62,7 @@ def decide(
     status, threats
         Status and threats of the frame that came, as ``Decision`` has them.
     """
-    brake, without = state.brake, state.brake_without_estimates
-    braking = brake.on or (without is not None and without.on)
+    brake, braking = state.brake, state.braking
     if override:
         command, reason = NONE, Reason.OVERRIDE
     elif unsafe is not None:

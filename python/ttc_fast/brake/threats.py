@@ -248,19 +248,15 @@ class ThreatAssessment:
 
     def _path_threat(self, frame: Frame, seen: Any, over_ground: float) -> Threat:
         """Return what the outline touches first, at the time of the decision; its clearance is that along the way."""
-        age = frame.now - frame.stamp
         if frame.points is None:
             index, angle, distance = seen.beam, seen.angle, seen.range
-            if index > 0:
-                age -= index * frame.time_increment
+            age = self._age(frame, index)
         elif type(seen) is NearestPointBatch:
             raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
         else:
             index, angle, distance = seen.index, math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
-        ttc = seen.ttc
-        if not age > 0.0:  # what has come was measured before
-            age = 0.0
-        ttc = ttc - age if ttc > age else 0.0
+            age = self._age(frame)
+        ttc = max(seen.ttc - age, 0.0)
         clearance = over_ground * ttc if over_ground > 0.0 else math.inf
         return new(Threat, (PATH, ttc, seen.status, index, angle, distance, clearance, over_ground, age))
 
