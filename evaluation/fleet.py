@@ -14,11 +14,10 @@ import os
 import pickle
 import resource
 import shutil
-import signal
 import tempfile
-import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +27,7 @@ from evaluation.recorded import DATA
 from tests.support.bags import drive, write
 from tests.support.bucket import bucket
 from tests.support.cluster import Cluster, cluster_in
-from tests.support.fleet import contents
+from tests.support.fleet import contents, kill_worker, killing
 from tests.support.log_files import FILES
 from ttc_fast.configuration import Configuration
 from ttc_fast.replay import Settings, many, replay_many, sample
@@ -80,25 +79,16 @@ def make_logs(folder: Path, count: int) -> list[Path]:
 @contextmanager
 def two_workers(cluster: Cluster, *, killed: bool) -> Iterator[list[int]]:
     """Run two workers, and kill one every few seconds, which a supervisor starts again; yield how many were killed."""
-    workers, over, kills = [cluster.start_worker(), cluster.start_worker()], threading.Event(), [0]
+    workers = [cluster.start_worker(), cluster.start_worker()]
 
-    def kill() -> None:
-        while not over.wait(KILL_EACH):
-            at = kills[0] % 2
-            workers[at].kill()
-            workers[at].wait()
-            workers[at] = cluster.start_worker()
-            kills[0] += 1
+    def kill(number: int) -> bool:
+        workers[number % 2].kill()
+        workers[number % 2].wait()
+        workers[number % 2] = cluster.start_worker()
+        return True
 
-    killer = threading.Thread(target=kill)
-    if killed:
-        killer.start()
-    try:
+    with killing(KILL_EACH, kill) if killed else nullcontext([0]) as kills:
         yield kills
-    finally:
-        over.set()
-        if killed:
-            killer.join()
 
 
 def cpu() -> float:
@@ -125,26 +115,14 @@ def on_local_cluster(logs: list[Path], out: Path, expected: dict[str, bytes]) ->
     """Replay on a LocalCluster of processes, of which one is killed every few seconds."""
     from distributed import Client, LocalCluster
 
-    over, kills = threading.Event(), 0
     how = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
-    with LocalCluster(n_workers=2, **how) as cluster, Client(cluster) as client:
-
-        def kill() -> None:
-            nonlocal kills
-            while not over.wait(KILL_EACH):
-                pids = list(client.run(os.getpid, on_error="ignore").values())
-                if len(pids) == 2:
-                    os.kill(pids[kills % 2], signal.SIGKILL)
-                    kills += 1
-
-        killer = threading.Thread(target=kill)
-        killer.start()
-        try:
-            seconds, _ = timed(logs, out, executor=client.get_executor())
-        finally:
-            over.set()
-            killer.join()
-    same("LocalCluster, workers killed", out, expected, seconds, len(logs), f", {kills} kills")
+    with (
+        LocalCluster(n_workers=2, **how) as cluster,
+        Client(cluster) as client,
+        killing(KILL_EACH, partial(kill_worker, client)) as kills,
+    ):
+        seconds, _ = timed(logs, out, executor=client.get_executor())
+    same("LocalCluster, workers killed", out, expected, seconds, len(logs), f", {kills[0]} kills")
 
 
 def parts_of(dataset: Path) -> dict[str, str]:

@@ -5,10 +5,10 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ import pytest
 
 from tests.support.bucket import bucket
 from tests.support.cluster import address_of, cluster_in, free_port
-from tests.support.fleet import contents, logs_of_every_kind
+from tests.support.fleet import contents, kill_worker, killing, logs_of_every_kind
 from ttc_fast.cli import main
 from ttc_fast.logs import LogError, open_log, storage
 from ttc_fast.replay import Replay, replay_many, sample
@@ -56,34 +56,18 @@ def expected(logs: list[Path], tmp_path_factory: pytest.TempPathFactory) -> dict
 def test_a_cluster_whose_workers_are_killed_gives_what_one_process_gives(
     logs: list[Path], expected: dict[str, bytes], tmp_path: Path
 ) -> None:
-    kills = 0
-    over = threading.Event()
     with (
         distributed.LocalCluster(2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
+        killing(0.3, partial(kill_worker, client)) as kills,
     ):
-
-        def kill() -> None:
-            nonlocal kills
-            while not over.wait(0.3):
-                pids = list(client.run(os.getpid, on_error="ignore").values())
-                if len(pids) == 2:
-                    os.kill(pids[kills % 2], signal.SIGKILL)
-                    kills += 1
-
-        killer = threading.Thread(target=kill)
-        killer.start()
-        try:
-            for number in range(9):  # until some were killed
-                if kills > 2:
-                    break
-                out = tmp_path / str(number)
-                replay_many(logs, out=out, executor=client.get_executor())
-                assert contents(out) == expected
-        finally:
-            over.set()
-            killer.join()
-    assert kills
+        for number in range(9):  # until some were killed
+            if kills[0] > 2:
+                break
+            out = tmp_path / str(number)
+            replay_many(logs, out=out, executor=client.get_executor())
+            assert contents(out) == expected
+    assert kills[0]
 
 
 def test_the_scheduler_of_the_command_line_and_its_restart(
