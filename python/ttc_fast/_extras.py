@@ -17,6 +17,8 @@ EXTRAS = {
     "zstandard": "log",
 }
 """The extra that brings a package. A command may name one that brings more."""
+DISTRIBUTIONS = {"rerun": "rerun-sdk"}
+"""The name under which a package is installed, where it is imported under another."""
 PUBLISHED = False
 """Whether a package index has ttc-fast. Until then its extras are installed from a checkout."""
 

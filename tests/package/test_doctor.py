@@ -21,6 +21,7 @@ CALLS = {
     "CloudTracker": "CloudTracker",
     "fit_road": "fit_road",
     "DistanceTracker": "DistanceTracker",
+    "ScaleTracker": "ScaleTracker",
     "ttc_from_keypoints": "ttc_from_heights",
     "the formulae of motion": "time_headway",
 }

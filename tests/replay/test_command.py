@@ -25,7 +25,7 @@ from rich.console import Console
 
 from tests.support.bags import POINTS, Cloud, Odom, Scan, drive, write
 from ttc_fast import Command
-from ttc_fast._extras import EXTRAS
+from ttc_fast._extras import DISTRIBUTIONS, EXTRAS
 from ttc_fast.cli import main
 from ttc_fast.logs import ScanLog, open_log
 from ttc_fast.replay import Replay, Row, Settings, sample, terminal
@@ -226,8 +226,7 @@ def brought_by(extra: str) -> set[str]:
 
 
 def test_a_missing_package_is_in_the_extra_that_is_named() -> None:
-    names = {"rerun": "rerun-sdk"}  # what is imported, and what is installed
-    assert all(names.get(package, package) in brought_by(extra) for package, extra in EXTRAS.items())
+    assert all(DISTRIBUTIONS.get(package, package) in brought_by(extra) for package, extra in EXTRAS.items())
     assert {"rich", "matplotlib"} <= brought_by("demo")
 
 

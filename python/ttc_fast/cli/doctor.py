@@ -17,7 +17,7 @@ import numpy as np
 import ttc_fast
 from ttc_fast import reference
 from ttc_fast._core import BUILD_PROFILE
-from ttc_fast._extras import EXTRAS
+from ttc_fast._extras import DISTRIBUTIONS, EXTRAS
 from ttc_fast.cli.exits import FAILED, CommandError
 
 if TYPE_CHECKING:
@@ -95,8 +95,9 @@ def extras() -> dict[str, str]:
 
 
 def _version(package: str) -> str:
+    name = DISTRIBUTIONS.get(package, package)
     try:
-        return f"{package} {importlib.metadata.version(package)}"
+        return f"{package} {importlib.metadata.version(name)}"
     except importlib.metadata.PackageNotFoundError:
         return f"{package} missing"
 
@@ -161,6 +162,14 @@ def self_tests() -> dict[str, Answers]:
         trackers = [module.DistanceTracker(), module.DistanceTracker(ttc_fast.SlidingLine(0.5))]
         return [each.update(20 - 0.5 * k + 0.01 * speeds[k], 0.1 * k) for each in trackers for k in range(20)]
 
+    def scales(module: Any) -> Any:
+        tracker = module.ScaleTracker()
+        measured = [(1.02 + 1e-4 * speeds[k], 0.1 * k, 1e-3, 9.0 - 0.2 * k if k % 3 else None) for k in range(20)]
+        return [
+            tracker.update(scale, stamp, spread, distance=distance, distance_noise=0.1)
+            for scale, stamp, spread, distance in measured
+        ]
+
     def keypoints(module: Any) -> Any:
         chosen = (ttc_fast.MedianRatio(), ttc_fast.TrimmedMeanRatio(0.1), ttc_fast.LeastSquares(), ttc_fast.Consensus())
         of_pixels = [module.ttc_from_keypoints(pixels, grown, 0.1, estimator=each) for each in chosen]
@@ -188,6 +197,7 @@ def self_tests() -> dict[str, Answers]:
         "CloudTracker": body,
         "fit_road": lambda module: module.fit_road(road),
         "DistanceTracker": distances,
+        "ScaleTracker": scales,
         "ttc_from_keypoints": keypoints,
         "the formulae of motion": formulae,
     }
