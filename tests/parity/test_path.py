@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
@@ -267,3 +268,11 @@ def test_what_nothing_looks_at(
         same.unseen(speed, yaw_rate, lateral_speed, ahead=ahead * (1 + e), others=others_same) for e in (-1e-9, 1e-9)
     ]
     assert got == expected or got in nudged or abs(got - expected) <= length / 32 + 1e-12
+
+
+def test_nothing_looks_at_the_path_of_the_slowest_vehicle() -> None:
+    """The time in which it drives its own width is more than a float holds."""
+    behind = {"mount": (-0.1, 0.0, math.pi), "outline": CAR}
+    for module in (ttc_fast, reference):
+        path = module.ScanSweptPath(module.ScanTTC(-0.15, 0.3, 2, **behind))
+        assert path.unseen(5e-324, ahead=0.0) == path.unseen(1.0, ahead=0.0) == pytest.approx(CAR[3] - CAR[2])

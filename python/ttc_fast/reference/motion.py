@@ -191,7 +191,7 @@ def _first_root(d: float, v: float, a: float) -> float:
     if a == 0:
         return _divided(d, v) if closes else math.inf
     square = v * v + 2 * a * d
-    if square < 0 or (not closes and a < 0):
+    if square < 0 or (not closes and (a < 0 or square == 0)):  # 0 by underflow: it comes back after ages
         return math.inf
     # Of (sqrt - v) / a and 2 d / (v + sqrt), which are equal, the one that does not subtract like from like.
     return 2 * _divided(d, v + math.sqrt(square)) if closes else _divided(math.sqrt(square) - v, a)

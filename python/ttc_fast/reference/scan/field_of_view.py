@@ -57,7 +57,7 @@ class FieldOfView:
         farthest = min(quarter, FARTHEST)
         unseen = advancing
         for lengths in LOOKS if advancing.any() else ():
-            time = lengths * (length / math.hypot(motion.speed, motion.lateral_speed))
+            time = lengths * (length / math.hypot(motion.speed, motion.lateral_speed)) if lengths else 0.0
             unseen = unseen & self._is_in_gap(*place(edge, motion, min(max(time, ahead), farthest)))
         return unseen
 
