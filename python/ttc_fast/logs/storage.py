@@ -334,7 +334,8 @@ def remove(place: Location) -> None:
     if isinstance(place, Path):
         if place.is_dir():
             shutil.rmtree(place, ignore_errors=True)
-        place.unlink(missing_ok=True) if not place.is_dir() else None
+        else:
+            place.unlink(missing_ok=True)
         return
     with suppress(FileNotFoundError):
         _asked(place, lambda fs, name: fs.rm(name, recursive=True))
