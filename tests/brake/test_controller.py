@@ -456,7 +456,7 @@ class TestState:
         ("change", "says"),
         [
             ({"class": "RangeRate"}, "state must be of class BrakeController, got RangeRate"),
-            ({"version": 1}, "state must be of version 3, got 1"),
+            ({"version": 1}, "state must be of version 4, got 1"),
             ({"range_rate": None}, "range_rate"),
         ],
     )

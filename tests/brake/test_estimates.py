@@ -49,7 +49,8 @@ class Told:
         for _ in range(count):
             self.now += PERIOD
             motion = None if speed is None else Motion(speed)
-            decision = self.controller.update(self.now, estimate=Estimate(self.now, **told), motion=motion)
+            varied = {**told, "ttc": told["ttc"] + 1e-9 * self.now}  # no tracker repeats itself to the bit
+            decision = self.controller.update(self.now, estimate=Estimate(self.now, **varied), motion=motion)
         return decision
 
     def touching(self, count: int, how: tuple[float, Any], **more: Any) -> Decision:

@@ -124,6 +124,23 @@ def test_a_simulator_that_publishes_faster_than_it_measures() -> None:
     assert {each.reason for each in drive(2.0, 8.0, lambda i: HALL + 60.0 - i // 8)} == {Reason.CLEAR}
 
 
+def test_a_car_that_starts_while_a_simulator_repeats_scans() -> None:
+    """After half a second without scans it drives: it has not driven all that time."""
+    controller = BrakeController(scan=scanner())
+    stamps = [*(10.0 + PERIOD * i for i in range(20)), 11.0, 11.025]
+    for stamp in stamps:
+        motion = Motion(4.0 if stamp >= 11.0 else 0.0)
+        decision = controller.update(stamp, ranges=HALL, stamp=stamp, motion=motion)
+    assert decision.status is not Status.STALE
+
+
+def test_two_frozen_scans_that_take_turns() -> None:
+    """A driver that has stopped between two buffers."""
+    decisions = drive(1.0, 4.0, lambda i: HALL + 40.0 + 1e-3 * (i % 2))
+    assert first(decisions, Reason.STALE) == pytest.approx(0.3, abs=3 * PERIOD)
+    assert decisions[-1].command is Command.BRAKE
+
+
 @pytest.mark.parametrize("large", [False, True])
 def test_a_frozen_cloud(large: bool) -> None:
     controller = BrakeController(path=SweptPath(CAR))
@@ -221,3 +238,60 @@ class TestEstimatesBesideAScan:
                 stamp, ranges=near, stamp=stamp, motion=Motion(2.0 if i < 20 else 0.0), estimate=empty
             )
         assert (decision.command, decision.reason) == (Command.BRAKE, Reason.STANDSTILL)
+
+
+class TestEstimatesAlone:
+    """A tracker that repeats itself to the bit under new stamps, and does not say the age of its measurement."""
+
+    CLOSING = Estimate(0.0, 9.0, (8.0, 10.0), 20.0, 20.0 / 9.0, (2.0, 2.5), Status.CLOSING)
+
+    def told(self, estimates: list[Estimate], **settings: Any) -> list[Decision]:
+        """Decisions on estimates at 20 Hz, each with a stamp of its own."""
+        controller = BrakeController(**{"hold": 0.0, **settings})
+        stamps = [10.0 + 0.05 * i for i in range(len(estimates))]
+        return [
+            controller.update(stamp, estimate=each._replace(stamp=stamp), motion=Motion(4.0))
+            for stamp, each in zip(stamps, estimates, strict=True)
+        ]
+
+    @pytest.mark.parametrize(
+        "frozen", [CLOSING, Estimate(0.0, 9.0), CLOSING._replace(status=None), CLOSING._replace(status=Status.LOST)]
+    )
+    def test_is_stale_as_a_silent_one(self, frozen: Estimate) -> None:
+        decisions = self.told([frozen] * 30)
+        assert {each.reason for each in decisions[:6]} == {Reason.CLEAR}
+        assert {(each.command, each.reason) for each in decisions[8:]} == {(Command.BRAKE, Reason.STALE)}
+        assert (decisions[-1].status, decisions[-1].threats) == (Status.STALE, None)
+
+    def test_lets_no_brake_go_after_that(self) -> None:
+        near = [Estimate(0.0, 0.5 - 0.01 * i) for i in range(6)]
+        for settings in ({}, {"when_blind": Command.WARN}):
+            decisions = self.told([*near, *[self.CLOSING] * 40], hold=1.0, **settings)
+            assert {each.command for each in decisions[3:]} == {Command.BRAKE}
+
+    def test_two_that_take_turns(self) -> None:
+        decisions = self.told([self.CLOSING, self.CLOSING._replace(ttc=9.1)] * 15)
+        assert (decisions[-1].command, decisions[-1].reason) == (Command.BRAKE, Reason.STALE)
+
+    def test_votes_again_when_it_goes_on(self) -> None:
+        going_on = [self.CLOSING._replace(ttc=9.0 - 0.05 * i, distance=20.0 - 0.1 * i) for i in range(20)]
+        assert self.told([*[self.CLOSING] * 20, *going_on])[-1].reason is Reason.CLEAR
+
+    @pytest.mark.parametrize(
+        "rightly",
+        [
+            Estimate(0.0, math.inf, None, math.inf, math.nan, None, Status.CLEAR),
+            Estimate(0.0, math.inf, None, 3.0, 0.0, (-0.1, 0.1), Status.NOT_CLOSING),
+            Estimate(0.0, math.inf),
+            Estimate(0.0, math.inf, None, 0.0, -0.5, (-0.6, -0.4), Status.CONTACT),
+        ],
+        ids=["nothing ahead", "both stand", "a camera that sees nothing", "in contact, and backing out"],
+    )
+    def test_that_are_rightly_the_same(self, rightly: Estimate) -> None:
+        assert {each.command for each in self.told([rightly] * 60)} == {Command.NONE}
+
+    def test_a_radar_that_gives_distances_in_steps(self) -> None:
+        """At 0.25 m/s a step of 0.2 m takes 0.8 s."""
+        distances = [20.0 - 0.2 * (i // 16) for i in range(60)]
+        estimates = [Estimate(0.0, each / 0.25, None, each, 0.25, None, Status.CLOSING) for each in distances]
+        assert {each.reason for each in self.told(estimates)} == {Reason.CLEAR}

@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -27,12 +27,6 @@ BEAMS = 48
 FRONT: dict[str, Any] = {"angle_min": -2.35, "angle_increment": 0.1, "beams": BEAMS, "mount": (0.25, 0.0, 0.0)}
 SCENES = ("free", "free", "far", "near", "near", "blind")
 """What a frame shows: nothing, a wall 6 m or 0.3 m before the bumper, or nothing valid."""
-CLOUD_OF = {
-    "free": [(9.0, 5.0), (-9.0, 4.0)],
-    "far": [(6.4, 0.0), (-9.0, 4.0)],
-    "near": [(0.7, 0.0), (-9.0, 4.0)],
-    "blind": [(math.nan, 0.0)],
-}
 SPEEDS = st.sampled_from([0.0, 0.0, 0.02, 0.5, 2.0, 4.0, 4.0, -0.5, -2.0])
 MOTIONS = st.tuples(SPEEDS, st.sampled_from([0.0, 0.0, 0.5, -1.0])).map(lambda pair: Motion(*pair))
 ESTIMATES = st.fixed_dictionaries(
@@ -54,6 +48,36 @@ def scan_of(scene: str) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.where(np.abs(angles) < 0.5, wall / np.cos(angles), math.nan if scene == "blind" else 20.0)
 
 
+def cloud_of(scene: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return the points of a scene, all around but straight behind."""
+    bearing = np.arange(-3.0, 3.0, 0.05)
+    wall = {"free": 20.0, "far": 6.4, "near": 0.7, "blind": math.nan}[scene]
+    distance = np.where(np.abs(bearing) < 0.5, wall / np.cos(bearing), math.nan if scene == "blind" else 20.0)
+    return np.column_stack([distance * np.cos(bearing), distance * np.sin(bearing)])
+
+
+class Same(NamedTuple):
+    """The newest readings of a sensor.
+
+    Attributes
+    ----------
+    readings : str or bytes
+        The readings.
+    since, last : float
+        When they came first and last, s.
+    motion : Motion or None
+        The motion known when they came last.
+    way : float
+        How far the vehicle has driven since they came first, m; NaN where it did not go straight one way.
+    """
+
+    readings: str | bytes
+    since: float
+    last: float
+    motion: Motion | None
+    way: float
+
+
 class BrakeMachine(RuleBasedStateMachine):
     """Three controllers, and what is known of what they were given."""
 
@@ -67,8 +91,8 @@ class BrakeMachine(RuleBasedStateMachine):
         self.motion: Motion | None = None
         self.unseen = False
         self.count = 0
-        self.same: dict[str, tuple[bytes, float, float, float]] = {}
-        """The newest readings of a sensor, when they came first and last, and how far the vehicle has driven since."""
+        self.same: dict[str, Same] = {}
+        """The newest readings of each sensor."""
 
     @initialize(
         kind=st.sampled_from(["scan", "scan", "cloud", "both", "rated", "estimates", "estimates"]),
@@ -117,7 +141,7 @@ class BrakeMachine(RuleBasedStateMachine):
             if self.kind == "estimates":
                 data = {}
             elif self.kind == "cloud" or (self.kind == "both" and as_cloud):
-                data["points"] = np.array(CLOUD_OF[scene]) + 1e-7 * self.count
+                data["points"] = cloud_of(scene) + 1e-7 * self.count
             else:
                 data["ranges"] = scan_of(scene) + 1e-7 * self.count
             self.update(scene, stamp, data, **more)
@@ -198,7 +222,7 @@ class BrakeMachine(RuleBasedStateMachine):
         if scene is None or decision.status is None or not self.newest.get(sensor, -math.inf) < stamp <= self.now + 0.1:
             return
         self.newest[sensor] = stamp
-        fresh = -0.1 <= self.now - self.motion_at <= 0.5
+        fresh, nothing = -0.1 <= self.now - self.motion_at <= 0.5, False
         if self.kind == "estimates":
             assert estimate is not None
             unknown = estimate["status"] in (Status.WARMING_UP, Status.STALE) and estimate["ttc"] == math.inf
@@ -206,27 +230,41 @@ class BrakeMachine(RuleBasedStateMachine):
             evaluated = not nothing and (not unknown or estimate["distance"] <= 0.0)
         else:
             evaluated = scene != "blind" and (fresh or (self.kind == "rated" and decision.threats is not None))
-        if sensor != "estimate":
-            frozen = self.is_frozen(sensor, stamp, data[sensor].tobytes(), fresh)
-            frozen = frozen and (sensor == "ranges" or scene != "near")  # it would have driven over the only point
-            assert not (frozen and evaluated) or decision.status is Status.STALE, "it believes a frozen sensor"
-            if decision.status is Status.STALE:
+        if estimate is None or not nothing:
+            frozen = self.is_frozen(sensor, stamp, self.motion if fresh else None, data, estimate)
+            is_stale = decision.status is Status.STALE and decision.threats is None
+            assert is_stale or not (frozen and evaluated), "it believes a frozen sensor"
+            if is_stale:
                 evaluated = False
-                self.evaluated_at[sensor] = min(self.same[sensor][1], self.evaluated_at.get(sensor, -math.inf))
+                self.evaluated_at[sensor] = min(self.same[sensor].since, self.evaluated_at.get(sensor, -math.inf))
         if evaluated:
             self.evaluated_at[sensor] = stamp
             back = fresh and self.motion is not None and self.motion.speed < -0.05
             self.unseen = back and self.kind in ("scan", "cloud", "rated")
 
-    def is_frozen(self, sensor: str, stamp: float, readings: bytes, fresh: bool) -> bool:
-        """Return whether a sensor has surely sent the same readings for too long a time and way, straight ahead."""
-        before, since, last, way = self.same.get(sensor, (b"", 0.0, 0.0, 0.0))
-        if readings != before:
-            since, last, way = stamp, stamp, 0.0
-        if fresh and self.motion is not None and abs(self.motion.speed) > 0.05:
-            way += abs(self.motion.speed) * (stamp - last) if self.motion.yaw_rate == 0.0 else -math.inf
-        self.same[sensor] = readings, since, stamp, way
-        return way > 0.76 and stamp - since > self.timeout + 1e-6
+    def is_frozen(
+        self, sensor: str, stamp: float, motion: Motion | None, data: dict[str, Any], estimate: dict[str, Any] | None
+    ) -> bool:
+        """Return whether a sensor has surely sent the same for too long a time and way, straight one way."""
+        readings = repr(estimate) if sensor == "estimate" else data[sensor].tobytes()
+        same = self.same.get(sensor)
+        if same is None or readings != same.readings:
+            self.same[sensor] = Same(readings, stamp, stamp, motion, 0.0)
+            return False
+        _, since, last, before, way = same
+        if motion is not None and before is not None:
+            speed = min(motion.speed, before.speed, key=abs)  # it may have started or stopped in between
+            straight = not (motion.yaw_rate or before.yaw_rate) and way * speed >= 0.0
+            if abs(speed) > 0.05:
+                way = way + speed * (stamp - last) if straight else math.nan
+        self.same[sensor] = Same(readings, since, stamp, motion, way)
+        if sensor == "estimate":
+            assert estimate is not None
+            ttc, nearer = estimate["ttc"], estimate["distance"] * (stamp - since) / estimate["ttc"]
+            changes = ttc < math.inf and not nearer < 0.26
+        else:
+            changes = abs(way) > 0.76
+        return changes and stamp - since > self.timeout + 1e-6
 
     def check_darkness(self, decision: Decision) -> None:
         """Check that it does not go on where it does not see."""
@@ -240,7 +278,7 @@ class BrakeMachine(RuleBasedStateMachine):
     ) -> None:
         """Check that the frame in which a brake was let go is a clear one."""
         assert scene is not None, "it let go without a frame"
-        assert scene != "blind" or self.kind == "estimates", "it let go in a blind frame"
+        assert decision.threats is not None, "it let go in a frame that it does not believe"
         assert not decision.value < decision.threshold, "it let go in a frame that triggers"
         assert decision.reason is not Reason.UNSEEN or self.settings["when_blind"] is Command.WARN
         if estimate is not None and self.kind == "estimates":

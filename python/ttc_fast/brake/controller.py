@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from ttc_fast.brake.decision import Decision
     from ttc_fast.brake.types import Criterion, Estimate, Motion
 
-CLASS, VERSION = "BrakeController", 3
+CLASS, VERSION = "BrakeController", 4
 
 
 class BrakeController:
@@ -433,7 +433,7 @@ class BrakeController:
         >>> controller = BrakeController(scan=ScanTTC(0.0, 0.1, 3))
         >>> state = controller.state()
         >>> state["class"], state["version"], state["brake"]["on"]
-        ('BrakeController', 3, False)
+        ('BrakeController', 4, False)
         """
         with self._lock:
             return {"class": CLASS, "version": VERSION, **self._state.saved(), "range_rate": self._assessment.state()}

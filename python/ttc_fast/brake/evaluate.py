@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from ttc_fast.brake.decision import Command
-from ttc_fast.brake.frozen import NEVER, hold
+from ttc_fast.brake.frozen import NEVER, hold, hold_estimate
 from ttc_fast.brake.receive import CLOCK_TOLERANCE
 from ttc_fast.brake.types import NOTHING, Motion, new
 from ttc_fast.status import Status
@@ -105,7 +105,12 @@ class Evaluator:
             return IGNORED
         assessment, settings = self._assessment, self._settings
         threats = assessment.assess(frame)
-        held = NEVER if self._only_estimates else hold(source.held, frame, assessment, settings)
+        if not self._only_estimates:
+            held = hold(source, frame, assessment, settings)
+        elif frame.estimate is None or frame.estimate.saw_nothing:
+            held = source.held
+        else:
+            held = hold_estimate(source, frame.estimate, settings)
         if threats.status is NO_DATA or threats.returns < settings.min_returns:
             assessed = Assessed(NO_DATA, None, held)
         elif not threats.closing_speed_known:

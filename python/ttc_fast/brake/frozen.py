@@ -9,6 +9,11 @@ are equal are no evidence by themselves. They are stale if all of this holds sin
 - They are older than ``sensor_timeout``. A frozen sensor is as bad as a silent one, and not worse.
 - They contradict themselves: a return, were it at rest, would by now have come nearer than what is measured in its
   direction. So what drives ahead at the very speed of the vehicle, without any scatter, is taken for frozen.
+
+The last two readings that differ are held, so that a driver which has stopped between two buffers is found as well.
+
+An estimate that is the only frame is frozen if its numbers have been the same for longer than ``sensor_timeout`` and
+contradict themselves: its TTC is finite, and its target should have come nearer by ``STEP``.
 """
 
 from __future__ import annotations
@@ -25,7 +30,9 @@ if TYPE_CHECKING:
 
     from ttc_fast.brake.receive import Frame
     from ttc_fast.brake.settings import BrakeSettings
+    from ttc_fast.brake.state import Source
     from ttc_fast.brake.threats import ThreatAssessment
+    from ttc_fast.brake.types import Estimate, Motion
 
     Floats = NDArray[np.float64]
 
@@ -35,6 +42,8 @@ FARTHEST = 1e4
 """Points that are farther away than this are no returns, m."""
 TOLERANCE = 2e-3
 """A return may be nearer by this than what is seen in its direction, m: readings are rounded."""
+STEP = 0.25
+"""An estimated target may come nearer by this before its distance changes, m: radars give it in steps of 0.2 m."""
 MOST_BYTES = 1 << 15
 """Of larger readings a part is compared, every so many rows."""
 BETWEEN_POINTS = 0.15
@@ -70,6 +79,8 @@ class Held(NamedTuple):
         The readings, or a part of them.
     since : float
         The stamp of the first frame that had them, s.
+    motion : Motion or None
+        The motion of the vehicle when the newest frame had them.
     driven : Driven or None
         How the vehicle has moved since then; None for the first frame.
     is_frozen : bool
@@ -78,6 +89,7 @@ class Held(NamedTuple):
 
     readings: bytes = b""
     since: float = -math.inf
+    motion: Motion | None = None
     driven: Driven | None = None
     is_frozen: bool = False
 
@@ -85,15 +97,19 @@ class Held(NamedTuple):
 NEVER = Held()
 
 
-def hold(before: Held, frame: Frame, assessment: ThreatAssessment, settings: BrakeSettings) -> Held:
+def hold(source: Source, frame: Frame, assessment: ThreatAssessment, settings: BrakeSettings) -> Held:
     """Return what is held after a frame."""
     readings = frame.ranges if frame.points is None else frame.points
     is_small = type(readings) is np.ndarray and readings.nbytes < MOST_BYTES
     bits = readings.tobytes() if is_small else bits_of(readings)
+    before = source.held
     if bits != before.readings or not bits:
-        return new(Held, (bits, frame.stamp, None, False))
-    since, driven, motion, is_frozen = before.since, before.driven, frame.motion, before.is_frozen
+        before = source.held_before
+        if bits != before.readings or not bits:
+            return new(Held, (bits, frame.stamp, frame.motion, None, False))
+    since, driven, is_frozen = before.since, before.driven, before.is_frozen
     stamp, way, x, y, yaw = driven or Driven(since)
+    motion = slower(before.motion, frame.motion)
     if motion is not None and motion.over_ground > settings.standstill_speed:
         passed = frame.stamp - stamp
         cos, sin = math.cos(yaw) * passed, math.sin(yaw) * passed
@@ -105,7 +121,29 @@ def hold(before: Held, frame: Frame, assessment: ThreatAssessment, settings: Bra
         is_frozen = contradict(
             *returns(frame, assessment), *moved(frame, assessment, x * share, y * share, yaw * share)
         )
-    return Held(before.readings, since, Driven(frame.stamp, way, x, y, yaw), is_frozen)
+    return Held(before.readings, since, frame.motion, Driven(frame.stamp, way, x, y, yaw), is_frozen)
+
+
+def hold_estimate(source: Source, estimate: Estimate, settings: BrakeSettings) -> Held:
+    """Return what is held after an estimate that is the only frame."""
+    bits, stamp = repr(estimate[1:]).encode(), estimate.stamp
+    for before in (source.held, source.held_before):
+        if bits == before.readings:
+            is_old = stamp - before.since > settings.sensor_timeout
+            return before._replace(is_frozen=is_old and should_have_changed(estimate, stamp - before.since))
+    return Held(bits, stamp)
+
+
+def should_have_changed(estimate: Estimate, seconds: float) -> bool:
+    """Return whether an estimate cannot be the same after a time: its TTC runs down, and its target comes nearer."""
+    return 0.0 < estimate.ttc < math.inf and not estimate.distance * seconds <= STEP * estimate.ttc
+
+
+def slower(one: Motion | None, other: Motion | None) -> Motion | None:
+    """Return the slower of the motions at both ends of a time, in which a vehicle may have started or stopped."""
+    if one is None or other is None:
+        return None
+    return one if one.over_ground < other.over_ground else other
 
 
 def bits_of(readings: Any) -> bytes:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._validate import finite, interval, not_nan, number
+from ttc_fast.brake.frozen import should_have_changed
 from ttc_fast.brake.settings import BETWEEN_BEAMS
 from ttc_fast.brake.types import Estimate, Motion
 from ttc_fast.status import Status
@@ -103,8 +104,10 @@ def receive(
         if type(stamp) is not float or stamp - stamp != 0.0:
             stamp = finite("stamp", stamp)
         estimate = known
-        if estimate is not None:  # it is as old as the measurement that it rests on, or its first repetition
-            measured = min(estimate.stamp - estimate.age, known_since)
+        if estimate is not None:  # it is as old as the measurement that it rests on, or the first of what it repeats
+            measured = estimate.stamp - estimate.age
+            if should_have_changed(estimate, estimate.stamp - known_since):
+                measured = min(measured, known_since)
             if estimate.stamp > now + CLOCK_TOLERANCE or now - measured > settings.sensor_timeout:
                 estimate = None
     elif estimate is not None and assessment.only_estimates:

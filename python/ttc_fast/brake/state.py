@@ -118,6 +118,8 @@ class Source:
     """The usual time between two evaluated frames, s."""
     held: Held = NEVER
     """The readings of the newest frame, and how long they have been the same."""
+    held_before: Held = NEVER
+    """The readings before, which were others."""
 
 
 @dataclass(slots=True)
@@ -139,7 +141,7 @@ class ControllerState:
     estimate: Estimate | None = None
     """The newest estimate of a tracker or a camera."""
     estimate_since: float = -math.inf
-    """The stamp with which its numbers came first, where a TTC that should have run down is repeated."""
+    """The stamp with which its numbers came first, where a finite TTC is repeated."""
 
     criterion: Criterion | None = None
     """The most urgent criterion of the newest evaluated frame."""
@@ -275,6 +277,8 @@ class Voting:
             for brake in state.brakes:
                 brake.turn()
         status, _, held, criterion, evaluation, triggers, clear, motion, rests, unseen, looks, without = assessed
+        if held.readings is not source.held.readings:
+            source.held_before = source.held
         source.newest_at, source.held = frame.stamp, held
         if criterion is None:  # a frame that cannot be evaluated is not clear
             if status is NO_DATA:
