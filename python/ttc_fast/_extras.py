@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 EXTRAS = {
     "cyclonedds": "dds",
     "distributed": "fleet",
@@ -48,3 +51,29 @@ def missing(what: str, package: str) -> ModuleNotFoundError:
     """Return the error that says what needs a package, and how it is installed."""
     hint = f"{what} needs {package}, which is not installed: {install(EXTRAS[package])}"
     return ModuleNotFoundError(hint, name=package)
+
+
+CHECKOUT = Path(__file__).parents[2]
+"""The folder of the project, where the package is used in place."""
+
+
+def build_again() -> str:
+    """Return how the compiled part is built again."""
+    from_checkout = (CHECKOUT / "Cargo.toml").exists()
+    what = f"--editable '{CHECKOUT}'" if from_checkout else "--force-reinstall ttc-fast"
+    return f"build it again: pip install {what}"
+
+
+def does_not_fit(error: ImportError) -> BaseException:
+    """Return the error that says that the compiled part is missing or too old, and how it is built again.
+
+    The command ``ttc-fast`` ends by it with one line. An error that says something else is returned as it is.
+    """
+    if error.name != "ttc_fast._core":
+        return error
+    old = f"is older than the Python part ({str(error).partition(' from ')[0]})"
+    why = "is missing" if isinstance(error, ModuleNotFoundError) else old
+    problem = f"the compiled part of ttc_fast {why}; {build_again()}"
+    if Path(sys.argv[0]).stem.startswith("ttc-fast"):
+        return SystemExit(f"ttc-fast: {problem}")
+    return ImportError(problem, name=error.name)

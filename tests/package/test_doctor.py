@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+import os
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,9 @@ import pytest
 import ttc_fast
 from ttc_fast import reference
 from ttc_fast.cli import doctor, main
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 TESTS = doctor.self_tests()
 CALLS = {
@@ -34,6 +38,16 @@ def test_a_report_holds_what_a_maintainer_asks_for(capsys: pytest.CaptureFixture
     assert said["ttc-fast"].startswith(ttc_fast.__version__)
     assert {"python", "numpy", "system", "processor", "SIMD"} <= said.keys()
     assert said["self-test"] == f"{len(TESTS)} of {len(TESTS)} kernels agree with the reference"
+
+
+def test_sources_that_are_newer_than_the_compiled_part(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    source = tmp_path / "rust/core/src/lib.rs"
+    source.parent.mkdir(parents=True)
+    source.touch()
+    monkeypatch.setattr(doctor, "CHECKOUT", tmp_path)
+    assert ", older than its Rust sources: build it again: pip install " in doctor.described()["ttc-fast"]
+    os.utime(source, (0, 0))
+    assert doctor.described()["ttc-fast"].endswith(" build")
 
 
 def test_extras_are_named_with_what_they_lack(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""What ``import ttc_fast`` costs: it loads the kernels, and what few use when it is first asked for."""
+"""What ``import ttc_fast`` costs, and what it says where the compiled part does not fit the Python part."""
 
 from __future__ import annotations
 
@@ -35,3 +35,36 @@ def test_every_public_name_is_there(name: str) -> None:
 def test_other_names_are_not() -> None:
     with pytest.raises(AttributeError, match="no attribute 'BreakController'"):
         ttc_fast.BreakController  # noqa: B018
+
+
+OLD = """
+import sys, types
+if {missing}:
+    sys.modules["ttc_fast._core"] = None
+else:
+    old = sys.modules["ttc_fast._core"] = types.ModuleType("ttc_fast._core")
+    old.SIMD_LEVEL = "avx2"
+sys.argv = [{command!r}]
+{statement}
+"""
+
+
+@pytest.mark.parametrize("missing", [True, False])
+@pytest.mark.parametrize(
+    ("command", "statement", "begins"),
+    [
+        ("/usr/bin/ttc-fast", "from ttc_fast.cli import main", "ttc-fast: "),
+        ("drive.py", "import ttc_fast", "ImportError: "),
+    ],
+)
+def test_a_compiled_part_that_is_old_is_named_with_what_mends_it(
+    command: str, statement: str, begins: str, missing: bool
+) -> None:
+    program = OLD.format(missing=missing, command=command, statement=statement)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    said = done.stderr.splitlines()
+    how = "is missing" if missing else "is older than the Python part (cannot import name 'Alignment')"
+    assert done.returncode == 1
+    assert said[-1].startswith(f"{begins}the compiled part of ttc_fast {how}; build it again: pip install --editable ")
+    if command.endswith("ttc-fast"):
+        assert len(said) == 1

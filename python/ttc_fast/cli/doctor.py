@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ttc_fast
-from ttc_fast import reference
+from ttc_fast import _core, reference
 from ttc_fast._core import BUILD_PROFILE
-from ttc_fast._extras import DISTRIBUTIONS, EXTRAS
+from ttc_fast._extras import CHECKOUT, DISTRIBUTIONS, EXTRAS, build_again
 from ttc_fast.cli.exits import FAILED, CommandError
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def described() -> dict[str, str]:
     """Return what a report of a problem should say about the machine, without names of hosts, users or folders."""
     gil = "" if getattr(sys, "_is_gil_enabled", lambda: True)() else ", without the GIL"
     return {
-        "ttc-fast": f"{ttc_fast.__version__}, {BUILD_PROFILE} build",
+        "ttc-fast": f"{ttc_fast.__version__}, {BUILD_PROFILE} build{_older_than_sources()}",
         "python": f"{platform.python_implementation()} {platform.python_version()}{gil}",
         "numpy": np.__version__,
         "system": f"{platform.system()} {platform.release()}, {' '.join(platform.libc_ver()) or 'unknown C library'}",
@@ -76,6 +76,12 @@ def described() -> dict[str, str]:
         "SIMD level": ttc_fast.SIMD_LEVEL + (" (TTC_FAST_SIMD is set)" if "TTC_FAST_SIMD" in os.environ else ""),
         **{f"[{extra}]": state for extra, state in extras().items()},
     }
+
+
+def _older_than_sources() -> str:
+    """Return what to do where the compiled part is older than the Rust sources beside it, else nothing."""
+    changed = max((each.stat().st_mtime for each in CHECKOUT.glob("rust/**/*.rs")), default=0.0)
+    return f", older than its Rust sources: {build_again()}" if Path(_core.__file__).stat().st_mtime < changed else ""
 
 
 def _processor() -> str:
