@@ -342,7 +342,7 @@ class BrakeController:
             if unsafe is not None and self._brakes_when_blind:
                 for brake in state.brakes:
                     brake.brake(now, state.motion or STANDING)
-            return decide(state, settings, now, unsafe, override, assessed.status, assessed.threats)
+            return decide(state, settings, now, unsafe, override, assessed[0], assessed[1])
 
     @property
     def criteria(self) -> tuple[Criterion, ...]:

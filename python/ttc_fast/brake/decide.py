@@ -31,7 +31,7 @@ def watchdog(state: ControllerState, settings: BrakeSettings, now: float) -> Rea
         return None
     if newest_at == -math.inf:
         return Reason.WAITING
-    if newest_at < oldest or scans.held.is_frozen or clouds.held.is_frozen:
+    if newest_at < oldest or scans.held[-1] or clouds.held[-1]:
         return Reason.STALE
     return Reason.BLIND if max(scans.seen_at, clouds.seen_at) < oldest else Reason.NO_MOTION
 
@@ -62,7 +62,8 @@ def decide(
     status, threats
         Status and threats of the frame that came, as ``Decision`` has them.
     """
-    brake, braking = state.brake, state.braking
+    brake, without = state.brake, state.brake_without_estimates
+    braking = brake.on or (without is not None and without.on)
     if override:
         command, reason = NONE, Reason.OVERRIDE
     elif unsafe is not None:

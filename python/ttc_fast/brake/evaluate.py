@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from ttc_fast.brake.decision import Command
-from ttc_fast.brake.frozen import NEVER, hold, hold_estimate
+from ttc_fast.brake.frozen import NEVER, Held, hold, hold_estimate
 from ttc_fast.brake.receive import CLOCK_TOLERANCE
-from ttc_fast.brake.types import NOTHING, Motion, new
+from ttc_fast.brake.types import Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ttc_fast.brake.frozen import Held
     from ttc_fast.brake.receive import Frame
     from ttc_fast.brake.settings import BrakeSettings
     from ttc_fast.brake.state import Brake, ControllerState
@@ -25,48 +23,21 @@ if TYPE_CHECKING:
 NO_DATA, CONTACT = Status.NO_DATA, Status.CONTACT  # a name is looked up faster than the member of an enumeration
 
 
-class Assessed(NamedTuple):
-    """What the assessment of a frame came to.
+Vote = tuple["Criterion", "Evaluation", bool, bool, "Motion | None", bool, bool, tuple[int, ...]]
+"""How a frame votes: the most urgent criterion and its evaluation; whether it triggers, and whether it is clear; the
+motion that it was evaluated for; whether something is inside the outline, and neither motion nor command says which
+way it will go; whether nothing looks at a part of the path, or of the path that a braked vehicle would go on with; the
+edges of the outline that the cloud turned out to look at.
+"""
 
-    Attributes
-    ----------
-    status, threats
-        Status and threats as ``Decision`` has them.
-    held : Held
-        The readings, to compare the next ones with.
-    criterion : Criterion or None
-        The most urgent criterion; None where the frame cannot be evaluated.
-    evaluation : Evaluation
-        The evaluation by that criterion.
-    triggers, clear : bool
-        The votes of the frame on braking and on release.
-    motion : Motion or None
-        The motion that it was evaluated for.
-    rests_in_contact : bool
-        Whether something is inside the outline, and neither motion nor command says which way it will go.
-    unseen : bool
-        Whether nothing looks at a part of the path, or of the path that a braked vehicle would go on with.
-    looks : tuple of int
-        The edges of the outline that the cloud turned out to look at.
-    without_estimates : Assessed or None
-        What it would have come to without the estimate; None where no estimate has ever come.
-    """
+Assessed = tuple["Status | None", "Threats | None", Held, Vote | None, Vote | None]
+"""What the assessment of a frame came to: status and threats as ``Decision`` has them; the readings, to compare the
+next ones with; the vote, None where the frame cannot be evaluated; and the vote without the estimate, None where no
+estimate has ever come.
+"""
 
-    status: Status | None
-    threats: Threats | None = None
-    held: Held = NEVER
-    criterion: Criterion | None = None
-    evaluation: Evaluation = NOTHING
-    triggers: bool = False
-    clear: bool = False
-    motion: Motion | None = None
-    rests_in_contact: bool = False
-    unseen: bool = False
-    looks: tuple[int, ...] = ()
-    without_estimates: Assessed | None = None
-
-
-BETWEEN_FRAMES, IGNORED = Assessed(None), Assessed(Status.INVALID)
+BETWEEN_FRAMES: Assessed = None, None, NEVER, None, None
+IGNORED: Assessed = Status.INVALID, None, NEVER, None, None
 
 
 class Evaluator:
@@ -96,44 +67,42 @@ class Evaluator:
         self._assessment, self._fields_of_view, self._settings = assessment, fields_of_view, settings
         self._stops_unseen = settings.when_blind == Command.BRAKE
         self._only_estimates = assessment.only_estimates
-        self._release_at = settings.release_at
+        self._release_at, self._min_returns = settings.release_at, settings.min_returns
 
     def assess(self, frame: Frame, state: ControllerState, others: Sequence[Seeing]) -> Assessed:
         """Assess the threats of a frame, and evaluate them by every criterion."""
         source = state.scans if frame.points is None else state.clouds
         if not source.newest_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
             return IGNORED
-        assessment, settings = self._assessment, self._settings
+        assessment = self._assessment
         threats = assessment.assess(frame)
-        if not self._only_estimates:
-            held = hold(source, frame, assessment, settings)
-        elif frame.estimate is None or frame.estimate.saw_nothing:
-            held = source.held
+        if self._only_estimates:
+            held = hold_estimate(source, frame.estimate, self._settings)
         else:
-            held = hold_estimate(source, frame.estimate, settings)
-        if threats.status is NO_DATA or threats.returns < settings.min_returns:
-            assessed = Assessed(NO_DATA, None, held)
+            held = hold(source, frame, assessment, self._settings)
+        status, vote, without = threats.status, None, None
+        if status is NO_DATA or threats.returns < self._min_returns:
+            status = NO_DATA
         elif not threats.closing_speed_known:
-            assessed = Assessed(Status.WARMING_UP, None, held)
-        elif held.is_frozen:
-            assessed = Assessed(Status.STALE, None, held)
+            status = Status.WARMING_UP
+        elif held[-1]:
+            status = Status.STALE
         else:
             unseen, edge = self._fields_of_view.unseen(frame, state, frame.motion, others)
             looks = () if edge is None else (edge,)
             if others and frame.points is not None:  # another controller may have to know where the driver would go
                 _, edge = self._fields_of_view.unseen(frame, state, frame.commanded)
                 looks = looks if edge is None else (*looks, edge)
-            assessed = self._evaluate(frame, threats, state, state.brake, unseen, held, looks, others)
-            without = state.brake_without_estimates
-            if without is not None or (frame.estimate is not None and not self._only_estimates):
+            vote = self._evaluate(frame, threats, state, state.brake, unseen, looks, others)
+            other = state.brake_without_estimates
+            if other is not None or (frame.estimate is not None and not self._only_estimates):
+                alone = threats
                 if frame.estimate is not None:
-                    threats = threats._replace(estimate=None, estimate_is_sure=False)
-                    frame = replace(frame, estimate=None)
-                other = self._evaluate(frame, threats, state, without or state.brake, unseen, held, looks, others)
-                assessed = assessed._replace(without_estimates=other)
+                    alone, frame.estimate = threats._replace(estimate=None, estimate_is_sure=False), None
+                without = self._evaluate(frame, alone, state, other or state.brake, unseen, looks, others)
         if assessment.range_rate is not None:
             assessment.take_up(frame)
-        return assessed
+        return status, threats if vote is not None else None, held, vote, without
 
     def _evaluate(
         self,
@@ -142,24 +111,24 @@ class Evaluator:
         state: ControllerState,
         brake: Brake,
         unseen: bool,
-        held: Held,
         looks: tuple[int, ...],
         others: Sequence[Seeing],
-    ) -> Assessed:
+    ) -> Vote:
         """Evaluate threats by every criterion, and return how the frame votes on a brake."""
         motion, commanded = frame.motion, frame.commanded
         criterion, evaluation = self._most_urgent(threats)
-        status = threats.status
         rests_in_contact = False
-        if status is CONTACT and not self._only_estimates:
+        if threats.status is CONTACT and not self._only_estimates:
             rests_in_contact = not (moves(motion) or moves(commanded))
             if commanded is not None and not brake.on:  # the vehicle must not be driven deeper into contact
-                other, of_commanded = self._most_urgent(self._assessment.assess_along(frame, commanded))
+                along = self._assessment.assess_along(frame, commanded, frame.path)
+                other, of_commanded = self._most_urgent(along)
                 if of_commanded.more_urgent_than(evaluation):
                     criterion, evaluation, motion = other, of_commanded, commanded
         value, threshold, _ = evaluation
-        stops = unseen and self._stops_unseen
-        triggers, clear = value < threshold or stops, value >= self._release_at * threshold and not stops
+        triggers, clear = value < threshold, value >= self._release_at * threshold
+        if unseen and self._stops_unseen:
+            triggers, clear = True, False
         if clear and self._only_estimates:  # what would be estimated if it went on is not known
             clear = frame.estimate is not None and frame.estimate.is_current(frame.now, self._settings.sensor_timeout)
         elif clear and brake.on:
@@ -167,32 +136,18 @@ class Evaluator:
             if continued is not None:
                 clear, continues_unseen, edge = self._would_be_clear(frame, continued, state, others)
                 unseen, looks = unseen or continues_unseen, looks if edge is None else (*looks, edge)
-        motion = motion or state.motion
-        return new(
-            Assessed,
-            (
-                status,
-                threats,
-                held,
-                criterion,
-                evaluation,
-                triggers,
-                clear,
-                motion,
-                rests_in_contact,
-                unseen,
-                looks,
-                None,
-            ),
-        )
+        return criterion, evaluation, triggers, clear, motion or state.motion, rests_in_contact, unseen, looks
 
     def _most_urgent(self, threats: Threats) -> tuple[Criterion, Evaluation]:
         """Return the criterion that is nearest to its threshold, or beyond it by most, and its evaluation."""
-        urgent, evaluation = self._first, self._first.evaluate(threats)
+        urgent = self._first
+        evaluation = urgent.evaluate(threats)
+        value, threshold, _ = evaluation
         for criterion in self._others:
             other = criterion.evaluate(threats)
-            if other.value * evaluation.threshold < evaluation.value * other.threshold:
-                urgent, evaluation = criterion, other
+            its_value, its_threshold, _ = other
+            if its_value * threshold < value * its_threshold:
+                urgent, evaluation, value, threshold = criterion, other, its_value, its_threshold
         return urgent, evaluation
 
     def _would_be_clear(
@@ -202,7 +157,7 @@ class Evaluator:
 
         Being slow is not being safe: the vehicle sees nothing come closer because it is braked.
         """
-        _, (value, threshold, _) = self._most_urgent(self._assessment.assess_along(frame, continued))
+        _, (value, threshold, _) = self._most_urgent(self._assessment.assess_along(frame, continued, frame.path))
         if value < self._release_at * threshold:
             return False, False, None
         unseen, edge = self._fields_of_view.unseen(frame, state, continued, others)

@@ -23,8 +23,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ttc_fast.brake.types import new
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -70,31 +68,12 @@ class Driven(NamedTuple):
     yaw: float = 0.0
 
 
-class Held(NamedTuple):
-    """The newest readings of a sensor.
+Held = tuple[bytes, float, "Motion | None", "Driven | None", bool]
+"""The newest readings of a sensor, or a part of them; the stamp of the first frame that had them, s; the motion of the
+vehicle when the newest frame had them; how it has moved since then, None for the first frame; whether they are stale.
+"""
 
-    Attributes
-    ----------
-    readings : bytes
-        The readings, or a part of them.
-    since : float
-        The stamp of the first frame that had them, s.
-    motion : Motion or None
-        The motion of the vehicle when the newest frame had them.
-    driven : Driven or None
-        How the vehicle has moved since then; None for the first frame.
-    is_frozen : bool
-        Whether the readings are stale.
-    """
-
-    readings: bytes = b""
-    since: float = -math.inf
-    motion: Motion | None = None
-    driven: Driven | None = None
-    is_frozen: bool = False
-
-
-NEVER = Held()
+NEVER: Held = b"", -math.inf, None, None, False
 
 
 def hold(source: Source, frame: Frame, assessment: ThreatAssessment, settings: BrakeSettings) -> Held:
@@ -103,13 +82,13 @@ def hold(source: Source, frame: Frame, assessment: ThreatAssessment, settings: B
     is_small = type(readings) is np.ndarray and readings.nbytes < MOST_BYTES
     bits = readings.tobytes() if is_small else bits_of(readings)
     before = source.held
-    if bits != before.readings or not bits:
+    if bits != before[0] or not bits:
         before = source.held_before
-        if bits != before.readings or not bits:
-            return new(Held, (bits, frame.stamp, frame.motion, None, False))
-    since, driven, is_frozen = before.since, before.driven, before.is_frozen
+        if bits != before[0] or not bits:
+            return bits, frame.stamp, frame.motion, None, False
+    bits, since, motion, driven, is_frozen = before
     stamp, way, x, y, yaw = driven or Driven(since)
-    motion = slower(before.motion, frame.motion)
+    motion = slower(motion, frame.motion)
     if motion is not None and motion.over_ground > settings.standstill_speed:
         passed = frame.stamp - stamp
         cos, sin = math.cos(yaw) * passed, math.sin(yaw) * passed
@@ -121,17 +100,19 @@ def hold(source: Source, frame: Frame, assessment: ThreatAssessment, settings: B
         is_frozen = contradict(
             *returns(frame, assessment), *moved(frame, assessment, x * share, y * share, yaw * share)
         )
-    return Held(before.readings, since, frame.motion, Driven(frame.stamp, way, x, y, yaw), is_frozen)
+    return bits, since, frame.motion, Driven(frame.stamp, way, x, y, yaw), is_frozen
 
 
-def hold_estimate(source: Source, estimate: Estimate, settings: BrakeSettings) -> Held:
+def hold_estimate(source: Source, estimate: Estimate | None, settings: BrakeSettings) -> Held:
     """Return what is held after an estimate that is the only frame."""
+    if estimate is None or estimate.saw_nothing:
+        return source.held
     bits, stamp = repr(estimate[1:]).encode(), estimate.stamp
-    for before in (source.held, source.held_before):
-        if bits == before.readings:
-            is_old = stamp - before.since > settings.sensor_timeout
-            return before._replace(is_frozen=is_old and should_have_changed(estimate, stamp - before.since))
-    return Held(bits, stamp)
+    for readings, since, *_ in (source.held, source.held_before):
+        if bits == readings:
+            is_old = stamp - since > settings.sensor_timeout
+            return readings, since, None, None, is_old and should_have_changed(estimate, stamp - since)
+    return bits, stamp, None, None, False
 
 
 def should_have_changed(estimate: Estimate, seconds: float) -> bool:

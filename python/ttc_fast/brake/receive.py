@@ -26,9 +26,9 @@ Newest = tuple["Motion | None", float, "Estimate | None", float]
 """The newest odometry, its stamp, the newest estimate, and the stamp with which its numbers came first."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, init=False)
 class Frame:
-    """What came with an update, and what was known then.
+    """What came with an update, and what was known then. ``receive`` makes it; an ``__init__`` would take 0.2 us.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Frame:
     motion: Motion | None
     commanded: Motion | None
     time_increment: float
-    path: NDArray[np.float64] | None = None
+    path: NDArray[np.float64] | None
 
 
 def receive(
@@ -114,10 +114,21 @@ def receive(
         stamp = estimate.stamp
     else:
         return remembered, None
-    fresh = newest if -CLOCK_TOLERANCE <= now - motion_at <= settings.motion_timeout else None
+    if not -CLOCK_TOLERANCE <= now - motion_at <= settings.motion_timeout:
+        newest = None
     if path is not None:
-        path = assessment.checked_path(path, fresh)
-    return remembered, Frame(now, stamp, ranges, points, estimate, fresh, commanded, between, path)
+        path = assessment.checked_path(path, newest)
+    frame = Frame()
+    frame.now = now
+    frame.stamp = stamp
+    frame.ranges = ranges
+    frame.points = points
+    frame.estimate = estimate
+    frame.motion = newest
+    frame.commanded = commanded
+    frame.time_increment = between
+    frame.path = path
+    return remembered, frame
 
 
 def checked_motion(argument: str, value: Any) -> Motion:

@@ -276,48 +276,44 @@ class Voting:
             state.is_cloud = is_cloud
             for brake in state.brakes:
                 brake.turn()
-        status, _, held, criterion, evaluation, triggers, clear, motion, rests, unseen, looks, without = assessed
-        if held.readings is not source.held.readings:
+        status, _, held, vote, without = assessed
+        if held[0] is not source.held[0]:
             source.held_before = source.held
         source.newest_at, source.held = frame.stamp, held
-        if criterion is None:  # a frame that cannot be evaluated is not clear
+        if vote is None:  # a frame that cannot be evaluated is not clear
             if status is NO_DATA:
                 state.blind += 1
             elif status is STALE:  # as if nothing had come since the readings were new
-                source.seen_at = source.voted_at = min(source.voted_at, held.since)
+                source.seen_at = source.voted_at = min(source.voted_at, held[1])
             else:
                 source.seen_at = frame.stamp
             _, counts = self._release.quorum(source.period)
             for brake in state.brakes:
                 brake.release_votes = brake.release_votes << 1 & counts
             return
+        criterion, evaluation, triggers, clear, motion, rests, unseen, looks = vote
         source.seen_at = frame.stamp
-        period = self._keep_time(state, source, frame.stamp)
-        if looks:
-            state.cloud_looks = {**state.cloud_looks, **dict.fromkeys(looks, frame.stamp)}
-        state.criterion, state.evaluation, state.rests_in_contact, state.unseen = criterion, evaluation, rests, unseen
+        since, period = frame.stamp - source.voted_at, source.period
+        source.voted_at = frame.stamp
+        if since > self._timeout:  # after a gap the votes on release begin anew
+            for brake in state.brakes:
+                brake.release_votes = 0
+            since = self._timeout if since < math.inf else period
+        source.period = period = since if period == math.inf else period + SMOOTHING * (since - period)
         if not self._from <= period <= self._to:
             self._learn(period)
         trigger, release = self._quorums
+        if looks:
+            state.cloud_looks = {**state.cloud_looks, **dict.fromkeys(looks, frame.stamp)}
+        state.criterion = criterion
+        state.evaluation = evaluation
+        state.rests_in_contact = rests
+        state.unseen = unseen
         others = 0
         if other.voted_at >= frame.now - self._timeout:
             others, _ = self._release.quorum(other.period)
         if without is not None:
             if state.brake_without_estimates is None:
                 state.brake_without_estimates = replace(state.brake)
-            state.brake_without_estimates.vote(
-                frame.now, without.triggers, without.clear, without.motion, trigger, release, self._hold, others
-            )
+            state.brake_without_estimates.vote(frame.now, *without[2:5], trigger, release, self._hold, others)
         state.brake.vote(frame.now, triggers, clear, motion, trigger, release, self._hold, others)
-
-    def _keep_time(self, state: ControllerState, source: Source, stamp: float) -> float:
-        """Learn how often such a frame comes, and return it. After a gap, its votes on release begin anew."""
-        since, source.voted_at, period = stamp - source.voted_at, stamp, source.period
-        if since > self._timeout:
-            for brake in state.brakes:
-                brake.release_votes = 0
-            if since == math.inf:
-                return period
-            since = self._timeout
-        source.period = period = since if period == math.inf else period + SMOOTHING * (since - period)
-        return period

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import operator
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -82,6 +81,8 @@ class ThreatAssessment:
         self._horizon = horizon
         self.scan_path = None if scan is None else path_of(scan, horizon)
         self._needs_beams = self._needs_path = self._needs_arc = True
+        self._scan_kernel: Any = self.scan_path
+        """The swept path of the scanner, where a criterion needs it."""
         self._sharpest = 0.0
         self.stopping = StoppingDistance()
         """How the vehicle stops."""
@@ -128,6 +129,7 @@ class ThreatAssessment:
         self.stopping = stopping[0] if stopping else StoppingDistance(deceleration)
         needs = {criterion.needs for criterion in criteria}
         self._needs_path = self.has_path and not needs.isdisjoint({Needs.PATH, Needs.NEAREST, Needs.ARC})
+        self._scan_kernel = self.scan_path if self._needs_path else None
         self._needs_arc = Needs.ARC in needs
         self._sharpest = max((each.sharpest for each in criteria if isinstance(each, PresentArc)), default=0.0)
         # Every scan is assessed in one way at least, so that a blind scanner is noticed by a controller of estimates.
@@ -145,6 +147,7 @@ class ThreatAssessment:
             same = is_same(scan, self.range_rate.scan)
             self._rate_beams = None if same else nearest_beams(scan, self.range_rate.scan)
         self.scan, self.scan_path = scan, scan_path
+        self._scan_kernel = scan_path if self._needs_path else None
 
     def _by_beams_of_rates(self, ranges: Any) -> Any:
         """Return a scan as the beams of the range rate would have measured it."""
@@ -181,9 +184,9 @@ class ThreatAssessment:
             return self._assess_estimate(frame)
         motion = frame.motion
         if motion is not None:
-            threats = self.assess_along(frame, motion)
+            threats = self.assess_along(frame, motion, frame.path)
             if frame.path is not None and strays(frame.path, motion, self.outline):
-                arc = threats.arc or self.assess_along(replace(frame, path=None), motion, turns=False).path
+                arc = threats.arc or self.assess_along(frame, motion, turns=False).path
                 if arc is not None and threats.path is not None and arc.ttc < threats.path.ttc:
                     rule, speed = self.stopping, arc.closing_speed
                     stops_in = rule.reaction_time + speed / (2.0 * rule.deceleration) + rule.margin / speed
@@ -204,26 +207,28 @@ class ThreatAssessment:
             ranges = self._by_beams_of_rates(frame.ranges)
             self.range_rate.update(ranges, frame.stamp, frame.motion.yaw_rate)
 
-    def assess_along(self, frame: Frame, motion: Motion, turns: bool = True) -> Threats:
+    def assess_along(
+        self, frame: Frame, motion: Motion, along: NDArray[np.float64] | None = None, turns: bool = True
+    ) -> Threats:
         """Return the threats of a frame to a vehicle of this motion, which may turn where it follows no path."""
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
-        kernel: Any = self.scan_path if self._needs_path else None
+        readings, kernel = frame.ranges, self._scan_kernel
         seen: Any = None
-        readings = frame.ranges
         beams = path = arc = turn = estimate = None
+        is_sure = False
         if frame.points is not None:
             readings, kernel = frame.points, self.path
         elif self._needs_beams and self.scan is not None:
             seen = self.scan.nearest(readings, speed, yaw_rate, lateral_speed)
             beams = self._beam_threat(Source.BEAMS, frame, seen)
         if kernel is not None:
-            follows = frame.path is not None and leads(frame.path, speed, self.outline)
+            follows = along is not None and leads(along, speed, self.outline)
             if follows:
                 if self._needs_arc:
-                    arc = self.assess_along(replace(frame, path=None), motion, turns=False).path
+                    arc = self.assess_along(frame, motion, turns=False).path
                 over_ground = abs(speed)
-                seen = kernel.nearest(readings, speed, 0.0, 0.0, path=frame.path)
+                seen = kernel.nearest(readings, speed, 0.0, 0.0, path=along)
             else:
                 seen = kernel.nearest(readings, speed, yaw_rate, lateral_speed)
             path = self._path_threat(frame, seen, over_ground)
@@ -231,11 +236,10 @@ class ThreatAssessment:
                 turn = self._turn(frame, motion)
         elif seen is None:
             self._refuse(frame)
-        is_sure = False
         if frame.estimate is not None:
             estimate, is_sure = estimated_threat(frame)
-        returns, status = seen.counts.valid, seen.status
-        return new(Threats, (over_ground, beams, path, estimate, is_sure, returns, status, True, arc, turn))
+        returns = seen.counts.valid
+        return new(Threats, (over_ground, beams, path, estimate, is_sure, returns, seen.status, True, arc, turn))
 
     def _turn(self, frame: Frame, motion: Motion) -> Threat:
         """Return the nearest threat on arcs that a vehicle may turn to: half and all of what wheels and tires allow."""
@@ -248,15 +252,20 @@ class ThreatAssessment:
 
     def _path_threat(self, frame: Frame, seen: Any, over_ground: float) -> Threat:
         """Return what the outline touches first, at the time of the decision; its clearance is that along the way."""
+        age = frame.now - frame.stamp
         if frame.points is None:
             index, angle, distance = seen.beam, seen.angle, seen.range
-            age = self._age(frame, index)
+            if index > 0:
+                age -= index * frame.time_increment
         elif type(seen) is NearestPointBatch:
             raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
         else:
             index, angle, distance = seen.index, math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
-            age = self._age(frame)
-        ttc = max(seen.ttc - age, 0.0)
+        if age < 0.0:  # what has come was measured before
+            age = 0.0
+        ttc = seen.ttc - age
+        if ttc < 0.0:
+            ttc = 0.0
         clearance = over_ground * ttc if over_ground > 0.0 else math.inf
         return new(Threat, (PATH, ttc, seen.status, index, angle, distance, clearance, over_ground, age))
 
@@ -279,14 +288,10 @@ class ThreatAssessment:
 
     def _beam_threat(self, source: Source, frame: Frame, seen: Any) -> Threat:
         """Return the nearest beam at the time of the decision."""
-        closing, age = seen.closing_speed, self._age(frame, seen.beam)
+        beam, closing = seen.beam, seen.closing_speed
+        age = max(frame.now - frame.stamp - max(beam, 0) * frame.time_increment, 0.0)
         ttc, clearance = max(seen.ttc - age, 0.0), max(seen.clearance - max(closing, 0.0) * age, 0.0)
-        return Threat(source, ttc, seen.status, seen.beam, seen.angle, seen.range, clearance, closing, age)
-
-    def _age(self, frame: Frame, beam: int = -1) -> float:
-        """Return the age of a frame, or of a beam of it, at the time of the decision, s."""
-        age = frame.now - frame.stamp - (beam * frame.time_increment if beam > 0 else 0.0)
-        return age if age > 0.0 else 0.0  # what has come was measured before
+        return new(Threat, (source, ttc, seen.status, beam, seen.angle, seen.range, clearance, closing, age))
 
     def reset(self) -> None:
         """Let the range rate forget what it has taken up."""
