@@ -13,6 +13,7 @@ EXTRAS = {
     "lz4": "log",
     "matplotlib": "plot",
     "mcap": "log",
+    "pandas": "pandas",
     "pyarrow": "parquet",
     "rerun": "rerun",
     "rich": "log",

@@ -176,5 +176,7 @@ def test_examples_of_modules(name: str) -> None:
         if not name.startswith(("ttc_fast.ros.", "ttc_fast.gym")) or (error.name or "").startswith("ttc_fast"):
             raise
         pytest.skip(f"needs {error.name}")
+    if name == "ttc_fast.replay.table":
+        pytest.importorskip("pandas", reason="needs the extra pandas")
     for test in doctest.DocTestFinder().find(module):
         run(test)

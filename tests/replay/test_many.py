@@ -1,5 +1,6 @@
 """Many logs: each has one result, whatever replays them; the dataset is whole, and what is done is left out."""
 
+import csv
 import json
 import os
 import re
@@ -21,7 +22,19 @@ from tests.support.fleet import contents, logs_of_every_kind
 from ttc_fast.cli import main
 from ttc_fast.logs import LogError
 from ttc_fast.logs.storage import written_whole
-from ttc_fast.replay import Progress, Replay, Replayed, Row, Settings, Summary, many, replay_many, sample, terminal
+from ttc_fast.replay import (
+    Progress,
+    Replay,
+    Replayed,
+    Row,
+    Settings,
+    Summary,
+    many,
+    replay_many,
+    sample,
+    terminal,
+    to_pandas,
+)
 from ttc_fast.replay.executors import Processes, WorkerLostError
 from ttc_fast.replay.row import plain
 
@@ -75,6 +88,71 @@ def test_columns_are_typed_and_have_units(tmp_path: Path) -> None:
     assert (str(schema.field("frame").type), str(schema.field("ttc").type)) == ("int64", "double")
     table = pyarrow.parquet.read_schema(tmp_path / "logs.parquet")
     assert table.field("tit").metadata[b"unit"] == b"s^2"
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_table_of_logs_in_a_file(suffix: str, tmp_path: Path) -> None:
+    (tmp_path / "damaged.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(99))
+    paths, file = [str(CLOUDS), str(SCANS), str(tmp_path / "damaged.bag")], tmp_path / f"deep/table{suffix}"
+    assert main(["replay", *paths, "--summary", str(file)]) == 5
+    if suffix == ".csv":
+        with file.open(newline="") as lines:
+            read: list[dict[str, Any]] = list(csv.DictReader(lines))
+    else:
+        read = pyarrow.parquet.read_table(file).to_pylist()
+        assert [len(line["events"]) for line in read] == [2, 1, 0]
+    assert [line["log"] for line in read] == paths
+    assert [int(line["exit_code"]) for line in read] == [0, 0, 3]
+    assert [int(line["frames"]) for line in read] == [12, 129, 0]
+    assert float(read[1]["tet"]) == replay_many([SCANS], executor=Here())[0].summary.exposed
+    assert "damaged.bag" in read[2]["reason"]
+    assert not read[2]["least_ttc"]
+
+
+def test_a_table_of_one_log(tmp_path: Path) -> None:
+    file = tmp_path / "table.csv"
+    assert main(["replay", str(SCANS), "--rows", "0", "--summary", str(file)]) == 0
+    with file.open(newline="") as lines:
+        (line,) = csv.DictReader(lines)
+    assert (line["log"], line["frames"], line["brakes"], line["exit_code"]) == (str(SCANS), "129", "1", "0")
+
+
+def test_a_table_is_csv_or_parquet_and_no_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", str(SCANS), "--summary", str(tmp_path / "table.xlsx")]) == 2
+    assert "--summary must end in .csv or .parquet, got " in capsys.readouterr().err
+    log = tmp_path / "distances.csv"
+    log.write_text("stamp,distance\n0.0,9.0\n0.1,8.9\n")
+    assert main(["replay", str(log), "--summary", str(log)]) == 2
+    assert "is a log that is to be replayed; choose another --summary" in capsys.readouterr().err
+
+
+class TestPandas:
+    @pytest.fixture(autouse=True)
+    def _has_pandas(self) -> None:
+        pytest.importorskip("pandas", reason="needs the extra pandas: pip install '.[pandas]'")
+
+    def test_rows(self) -> None:
+        table, rows = to_pandas(Replay(CLOUDS)), list(Replay(CLOUDS))
+        assert list(table.columns) == list(Row._fields)
+        assert table["status"].tolist() == [row.status.name for row in rows]
+        assert table["command"].tolist() == [row.command.name for row in rows]
+        assert table["distance"].to_numpy() == pytest.approx([row.distance for row in rows], nan_ok=True)
+        assert table["frame"].dtype.name == "Int64"
+        assert [list(map(repr, line)) for line in to_pandas(rows).to_numpy()] == [
+            list(map(repr, line)) for line in table.to_numpy()
+        ]
+
+    def test_logs(self) -> None:
+        results = replay_many([SCANS, CLOUDS], executor=Here())
+        table = to_pandas(results)
+        assert table["log"].tolist() == list(map(str, (SCANS, CLOUDS)))
+        assert table["exit_code"].tolist() == [0, 0]
+        assert to_pandas([each.summary for each in results])["tet"].tolist() == table["tet"].tolist()
+
+    def test_nothing_and_something_else(self) -> None:
+        assert list(to_pandas([]).columns) == list(Row._fields)
+        with pytest.raises(TypeError, match="items must be rows, summaries or results of replay_many, got int"):
+            to_pandas([1, 2])  # type: ignore[arg-type]
 
 
 def test_a_second_run_leaves_out_what_is_done(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 from ttc_fast.cli import options
-from ttc_fast.cli.exits import FAILED, PARTIAL, UNREADABLE, USAGE, CommandError
+from ttc_fast.cli.exits import DONE, FAILED, PARTIAL, UNREADABLE, USAGE, CommandError
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import FORMATS
 from ttc_fast.logs.raw_clouds import KITTI_LIDAR
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from ttc_fast.replay import Replay, Settings
+    from ttc_fast.replay import Replay, Replayed, Settings
     from ttc_fast.replay.output import Files
 
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
@@ -60,6 +60,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "the name of the log behind that of FILE. A name without an ending is a folder: it gets rows/ with a Parquet "
         "file for each log, and the table logs.parquet with a line for each. A log that is done there is left out.",
     )
+    out.add_argument(
+        "--summary",
+        type=located,
+        metavar="FILE",
+        help="Write a table with a line for each log, .csv or .parquet: least TTC, exposure, brakes, what was lost.",
+    )
     out.add_argument("--again", action="store_true", help="Replay also the logs that are done in the folder of --out.")
     out.add_argument(
         "--plot", type=located, metavar="FILE", help="Draw a picture, .png or .svg; of several logs one each."
@@ -78,18 +84,22 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Replay one log or several."""
+    from ttc_fast.replay import Replayed
+    from ttc_fast.replay.dataset import exit_code_of
     from ttc_fast.replay.output import Files
     from ttc_fast.replay.terminal import open_console
 
     settings = options.settings(arguments)
     files = Files(arguments.out, arguments.plot, arguments.rerun)
-    into_folder = _check_outputs(files)
+    into_folder = _check_outputs(files, arguments.summary)
     logs = found(arguments.paths)
+    spare_logs(logs, [arguments.summary], "--summary")
     if len(logs) > 1 or into_folder or arguments.scheduler is not None:
         run_many(logs, settings, arguments, into_folder=into_folder)
         return
     spare_logs(logs, [arguments.out])
     played = show(logs[0], settings, open_console(), arguments.rows, files)
+    _write_summary([Replayed(str(logs[0]), played.summary, exit_code_of(played.summary))], arguments.summary)
     check(played)
 
 
@@ -114,16 +124,32 @@ def show(path: Location, settings: Settings, console: Console, rows: int, files:
 
 def check(played: Replay) -> None:
     """Raise if a part of a log was lost, or it has no frames."""
-    if played.summary.lost:
-        raise CommandError(PARTIAL if played.summary.frames else UNREADABLE, played.summary.lost)
-    if not played.summary.frames:
-        raise CommandError(UNREADABLE, f"{played.summary.path}: has no frames")
+    from ttc_fast.replay.dataset import exit_code_of
+
+    code = exit_code_of(played.summary)
+    if code != DONE:
+        raise CommandError(code, played.summary.lost or f"{played.summary.path}: has no frames")
 
 
-def _check_outputs(files: Files) -> bool:
+def _write_summary(results: list[Replayed], place: Location | None) -> None:
+    """Write the table of logs, where it is asked for."""
+    from ttc_fast.replay.output import OutputError, suffix_of, writing
+    from ttc_fast.replay.table import write_table
+
+    if place is None:
+        return
+    try:
+        with writing(place, "choose another --summary") as file:
+            write_table(results, file, suffix_of(place))
+    except OutputError as error:
+        raise CommandError(FAILED, str(error)) from error
+
+
+def _check_outputs(files: Files, summary: Location | None) -> bool:
     """Raise if a name says no format, or a package that it needs is missing; return whether rows go into a folder."""
     from ttc_fast.replay.output import PICTURES, suffix_of
     from ttc_fast.replay.row import WRITERS
+    from ttc_fast.replay.table import TABLES
 
     into_folder, (out, plot, rerun) = False, files
     if out is not None:
@@ -132,25 +158,30 @@ def _check_outputs(files: Files) -> bool:
         if not into_folder and suffix not in WRITERS:
             raise CommandError(USAGE, f"--out must end in {', '.join(WRITERS)}, or be a folder, got {out}")
         if into_folder or suffix == ".parquet":
-            import pyarrow  # noqa: F401
+            import_module("pyarrow")
+    if summary is not None:
+        if suffix_of(summary) not in TABLES:
+            raise CommandError(USAGE, f"--summary must end in {' or '.join(TABLES)}, got {summary}")
+        if suffix_of(summary) == ".parquet":
+            import_module("pyarrow")
     if plot is not None and suffix_of(plot) not in PICTURES:
         raise CommandError(USAGE, f"--plot must end in .png or .svg, got {plot}")
     if rerun is not None and suffix_of(rerun) != ".rrd":
         raise CommandError(USAGE, f"--rerun must end in .rrd, got {rerun}")
     if plot is not None or rerun is not None:
-        import matplotlib  # noqa: F401
+        import_module("matplotlib")
     if rerun is not None:
         import_module("rerun")
     return into_folder
 
 
-def spare_logs(logs: list[Location], outs: list[Location | None]) -> None:
-    """Raise if rows would be written over a log that is to be read."""
+def spare_logs(logs: list[Location], outs: list[Location | None], option: str = "--out") -> None:
+    """Raise if something would be written over a log that is to be read."""
     for out in outs:
         if not isinstance(out, Path) or not out.exists():
             continue
         if any(isinstance(log, Path) and log.exists() and out.samefile(log) for log in logs):
-            raise CommandError(USAGE, f"{out}: is a log that is to be replayed; choose another --out")
+            raise CommandError(USAGE, f"{out}: is a log that is to be replayed; choose another {option}")
 
 
 def run_many(logs: list[Location], settings: Settings, arguments: argparse.Namespace, *, into_folder: bool) -> None:
@@ -188,6 +219,7 @@ def run_many(logs: list[Location], settings: Settings, arguments: argparse.Names
         if executor is not None:
             executor.shutdown()
     print_summaries([each.summary for each in results], open_console())
+    _write_summary(results, arguments.summary)
     failed = [each for each in results if each.exit_code == FAILED]
     if failed:
         problem = f"of {len(results)} logs {len(failed)} failed, such as {failed[0].summary.lost}"

@@ -6,5 +6,17 @@ from ttc_fast.replay.row import Row
 from ttc_fast.replay.run import Replay, sample
 from ttc_fast.replay.settings import Settings
 from ttc_fast.replay.summary import Event, Summary
+from ttc_fast.replay.table import to_pandas
 
-__all__ = ["Event", "Progress", "Replay", "Replayed", "Row", "Settings", "Summary", "replay_many", "sample"]
+__all__ = [
+    "Event",
+    "Progress",
+    "Replay",
+    "Replayed",
+    "Row",
+    "Settings",
+    "Summary",
+    "replay_many",
+    "sample",
+    "to_pandas",
+]

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast import __version__
+from ttc_fast._exit_codes import DONE, PARTIAL, UNREADABLE
 from ttc_fast.logs.storage import (
     Location,
     join,
@@ -33,8 +34,8 @@ from ttc_fast.logs.storage import (
     written_whole,
 )
 from ttc_fast.replay.output import OutputError, prepare_folder
-from ttc_fast.replay.row import schema_with_units
 from ttc_fast.replay.summary import Summary
+from ttc_fast.replay.table import line_of, schema
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -44,14 +45,9 @@ if TYPE_CHECKING:
 
 NOTE = "ttc_fast"
 """The name of what a part says of itself."""
-UNITS = {
-    **dict.fromkeys(("modified", "duration", "threshold", "judged", "tet", "least_ttc", "longest_gap"), "s"),
-    **dict.fromkeys(("least_stamp", "first_brake"), "s"),
-    "tit": "s^2",
-    "size": "bytes",
-    "least_distance": "m",
-    "least_closing_speed": "m/s",
-}
+OF_PART: dict[str, type] = {"part": str, "size": int, "modified": float, "settings": str, "version": str}
+"""The columns of the table that say what a part was made of."""
+UNITS = {"modified": "s", "size": "bytes"}
 
 
 @dataclass(frozen=True)
@@ -100,6 +96,13 @@ class Replayed:
     exit_code: int
     made: Made | None = None
     skipped: bool = field(default=False, compare=False)
+
+
+def exit_code_of(summary: Summary) -> int:
+    """Return with which code the replay of a log ends that was read as far as it can be."""
+    if summary.frames:
+        return PARTIAL if summary.lost else DONE
+    return UNREADABLE
 
 
 def digest_of(settings: Settings) -> str:
@@ -160,20 +163,16 @@ class Dataset:
         import pyarrow
         import pyarrow.parquet
 
-        kinds = {int: pyarrow.int64(), float: pyarrow.float64(), str: pyarrow.string()}
-        event = pyarrow.struct([(name, kinds[kind]) for name, kind in EVENT.items()])
-        columns = {name: kinds[kind] for name, kind in LINE.items()}
-        columns |= {"odd": pyarrow.list_(pyarrow.string()), "events": pyarrow.list_(event)}
-        schema = schema_with_units(columns, UNITS)
+        columns = schema(OF_PART, UNITS)
         place = join(self.place, "logs.parquet")
         lines = {}
         try:
             table = read_by(place, lambda file: pyarrow.parquet.read_table(file))
-            lines = {each["log"]: each for each in table.to_pylist() if set(each) == set(columns)}
+            lines = {each["log"]: each for each in table.to_pylist() if set(each) == set(columns.names)}
         except (FileNotFoundError, pyarrow.ArrowInvalid):
             pass
         lines |= {each.log: self._line(each) for each in results}
-        table = pyarrow.Table.from_pylist([lines[log] for log in sorted(lines)], schema)
+        table = pyarrow.Table.from_pylist([lines[log] for log in sorted(lines)], columns)
         try:
             with written_whole(place, self.unfinished) as file:
                 pyarrow.parquet.write_table(table, file)
@@ -184,56 +183,6 @@ class Dataset:
                 remove(self.unfinished)
 
     def _line(self, result: Replayed) -> dict[str, Any]:
-        summary, made, least = result.summary, result.made, result.summary.least
-        of_made = dict.fromkeys(("size", "modified", "settings", "version")) if made is None else asdict(made)
-        has_part = made is not None
-        return {
-            "log": result.log,
-            "part": name_in(self.part(result.log)) if has_part else None,
-            "exit_code": result.exit_code,
-            "reason": summary.lost,
-            **{name: getattr(summary, name) for name in SAME},
-            "tet": summary.exposed,
-            "tit": summary.integrated,
-            "least_ttc": None if least is None else least.ttc,
-            "least_frame": None if least is None else least.frame,
-            "least_stamp": None if least is None else least.stamp,
-            "least_distance": None if least is None else least.distance,
-            "least_closing_speed": None if least is None else least.closing_speed,
-            "first_brake": summary.events[0].begin.stamp if summary.events else None,
-            **of_made,
-            "events": [
-                {
-                    **{name: getattr(begin, name) for name in ("frame", "stamp")},
-                    **{"end": end, "frames": frames, "reason": begin.reason.name},
-                    **{name: getattr(begin, name) for name in ("criterion", "value", "threshold", "ttc", "speed")},
-                }
-                for begin, end, frames in summary.events
-            ],
-        }
-
-
-COUNTS = ("frames", "with_known_ttc", "brakes", "warnings", "invalid", "unknown", "isolated", "stale", "resets")
-TIMES = ("duration", "judged", "threshold", "longest_gap")
-SAME = (*COUNTS, *TIMES, "assumed", "odd")
-"""Columns of the table that are attributes of the summary."""
-LINE: dict[str, type] = {
-    **dict.fromkeys(("log", "part"), str),
-    "exit_code": int,
-    "reason": str,
-    **dict.fromkeys(COUNTS, int),
-    **dict.fromkeys(TIMES, float),
-    **dict.fromkeys(("tet", "tit", "least_ttc"), float),
-    "least_frame": int,
-    **dict.fromkeys(("least_stamp", "least_distance", "least_closing_speed", "first_brake"), float),
-    "size": int,
-    "modified": float,
-    **dict.fromkeys(("settings", "version", "assumed"), str),
-}
-EVENT: dict[str, type] = {
-    "frame": int,
-    **dict.fromkeys(("stamp", "end"), float),
-    "frames": int,
-    **dict.fromkeys(("reason", "criterion"), str),
-    **dict.fromkeys(("value", "threshold", "ttc", "speed"), float),
-}
+        if result.made is None:
+            return {**line_of(result), **dict.fromkeys(OF_PART)}
+        return {**line_of(result), "part": name_in(self.part(result.log)), **asdict(result.made)}

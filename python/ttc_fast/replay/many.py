@@ -25,12 +25,12 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, NamedTuple
 
 from ttc_fast import __version__
-from ttc_fast._exit_codes import DONE, FAILED, INTERRUPTED, PARTIAL, UNREADABLE, USAGE
+from ttc_fast._exit_codes import DONE, FAILED, INTERRUPTED, UNREADABLE, USAGE
 from ttc_fast._settings import ON_COMMAND_LINE
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import LogError
 from ttc_fast.logs.storage import StorageError, absolute, found, located, remove, size_and_time, written_whole
-from ttc_fast.replay.dataset import Dataset, Made, Replayed, digest_of
+from ttc_fast.replay.dataset import Dataset, Made, Replayed, digest_of, exit_code_of
 from ttc_fast.replay.executors import Processes, adapted
 from ttc_fast.replay.output import Files, OutputError, each_of, play, prepare_folder, through
 from ttc_fast.replay.row import ParquetWriter
@@ -360,8 +360,7 @@ def _played(task: Task, replay: Replay, rows: Iterable[Row], made: Made | None) 
     summary = replay.summary
     if not summary.frames and not summary.lost:
         summary.lost = f"{task.name}: has no frames"
-    code = DONE if not summary.lost else PARTIAL if summary.frames else UNREADABLE
-    return Replayed(task.name, summary, code, made)
+    return Replayed(task.name, summary, exit_code_of(summary), made)
 
 
 def _without_rows(task: Task, problem: str, code: int, made: Made | None = None) -> Replayed:

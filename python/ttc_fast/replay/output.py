@@ -70,9 +70,9 @@ def play(replay: Replay, rows: Iterable[Row], files: Files) -> None:
         if files.rerun is not None:
             from ttc_fast.replay.scrub import recorded
 
-            rows = recorded(replay, rows, stack.enter_context(_file(files.rerun, "choose another place")))
+            rows = recorded(replay, rows, stack.enter_context(writing(files.rerun, "choose another place")))
         if files.rows is not None:
-            file = stack.enter_context(_file(files.rows, "choose another --out"))
+            file = stack.enter_context(writing(files.rows, "choose another --out"))
             rows = through(rows, stack.enter_context(WRITERS[suffix_of(files.rows)](file)))
         with suppress(LogError):  # the summary says it
             for _ in rows:
@@ -80,7 +80,7 @@ def play(replay: Replay, rows: Iterable[Row], files: Files) -> None:
     if files.plot is not None and replay.summary.frames:
         from ttc_fast.replay.picture import save
 
-        with _file(files.plot, "choose another place") as file:
+        with writing(files.plot, "choose another place") as file:
             save(replay, file)
 
 
@@ -92,7 +92,7 @@ def through(rows: Iterable[Row], writer: Writer) -> Iterator[Row]:
 
 
 @contextmanager
-def _file(place: Location, how: str) -> Iterator[Path]:
+def writing(place: Location, how: str) -> Iterator[Path]:
     """Yield the path to write to. What goes to a URL is there when it is whole."""
     try:
         if isinstance(place, Path):
