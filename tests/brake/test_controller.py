@@ -573,6 +573,9 @@ def test_settings_are_refused_with_the_reason(settings: dict[str, Any], error: t
         ({"now": 0.0, "motion": 4.0}, TypeError, r"motion must be a Motion, such as Motion\(4\.0\), got 4\.0"),
         ({"now": 0.0, "motion": Motion("4")}, TypeError, "motion.speed must be a number"),  # type: ignore[arg-type]
         ({"now": 0.0, "motion": Motion(1.0, stamp=math.nan)}, ValueError, "motion.stamp must be finite"),
+        ({"now": 0.0, "motion": Motion(1e300)}, ValueError, "motion.speed must be below that of light, .*, got 1e.300"),
+        ({"now": 0.0, "motion": Motion(1.0, -1e300)}, ValueError, "motion.yaw_rate must be below that of light"),
+        ({"now": 0.0, "commanded": 1e300}, ValueError, "commanded.speed must be below that of light"),
         ({"now": 0.0, "commanded": math.nan}, ValueError, "commanded must be finite"),
         ({"now": 0.0, "commanded": Motion(1.0, math.nan)}, ValueError, "commanded.yaw_rate must be finite"),
         ({"now": 0.0, "override": "no"}, TypeError, "override must be True or False, got 'no'"),

@@ -302,7 +302,8 @@ class BrakeController:
         Raises
         ------
         ValueError
-            If a number is not finite, or there are data without a stamp or without anything that reads them.
+            If a number is not finite, a motion is faster than light, or there are data without a stamp or without
+            anything that reads them.
         TypeError
             If an argument is of the wrong type.
 

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 CLOCK_TOLERANCE = 0.1
 """A stamp may lie this far in the future, s, because two clocks are never the same."""
 
+LIGHT = 299_792_458.0
+"""No vehicle is faster than light, m/s, nor do its wheels turn it so fast, rad/s."""
+
 Newest = tuple["Motion | None", float, "Estimate | None", float]
 """The newest odometry, its stamp, the newest estimate, and the stamp with which its numbers came first."""
 
@@ -132,21 +135,28 @@ def receive(
 
 
 def checked_motion(argument: str, value: Any) -> Motion:
-    """Return ``value`` as a Motion if its numbers are finite."""
+    """Return ``value`` as a Motion if its numbers are those of a vehicle."""
     try:
         motion = value if type(value) is Motion else Motion(*value)
     except TypeError:
         raise TypeError(f"{argument} must be a Motion, such as Motion(4.0), got {value!r}") from None
     speed, yaw_rate, lateral_speed, stamp = motion
     try:
-        total = speed + yaw_rate + lateral_speed + (0.0 if stamp is None else stamp)
-        if total - total == 0.0:  # it is finite
+        if (
+            -LIGHT < speed < LIGHT
+            and -LIGHT < yaw_rate < LIGHT
+            and -LIGHT < lateral_speed < LIGHT
+            and (stamp is None or stamp - stamp == 0.0)
+        ):
             return motion
     except TypeError:
         pass  # the loop finds which of them is not a number
     for name, each in motion._asdict().items():
         if each is not None or name != "stamp":
-            finite(f"{argument}.{name}", each)
+            got = finite(f"{argument}.{name}", each)
+            if name != "stamp" and abs(got) >= LIGHT:
+                unit = "rad/s" if name == "yaw_rate" else "m/s"
+                raise ValueError(f"{argument}.{name} must be below that of light, {LIGHT:g} {unit}, got {got:g}")
     return motion
 
 
@@ -154,7 +164,7 @@ def checked_commanded(value: Any) -> Motion:
     """Return the argument ``commanded``, a Motion or a speed, as a Motion."""
     if isinstance(value, Motion):
         return checked_motion("commanded", value)
-    return Motion(finite("commanded", value))
+    return checked_motion("commanded", Motion(finite("commanded", value)))
 
 
 def checked_estimate(value: Any) -> Estimate:
