@@ -35,6 +35,19 @@ pub(crate) fn least<T: Copy + PartialOrd>(mut x: Lanes<T>) -> T {
     x[0]
 }
 
+/// Returns the sum of all lanes, added in a fixed tree.
+#[inline(always)]
+pub(crate) fn sum(mut x: Lanes<f64>) -> f64 {
+    let mut half = LANES / 2;
+    while half > 0 {
+        for lane in 0..half {
+            x[lane] += x[lane + half];
+        }
+        half /= 2;
+    }
+    x[0]
+}
+
 /// Returns entries `at .. at + LANES` of a table.
 ///
 /// # Panics

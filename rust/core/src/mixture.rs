@@ -7,6 +7,9 @@
 //! form: one Cholesky factor each. The average, weighed by the likelihoods, is the estimate; its variance is that of
 //! the mixture.
 
+use crate::lanes::{LANES, Lanes, lanes};
+use crate::simd::{Instructions, Kernel, Level};
+
 /// A model of how a body accelerates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Model {
@@ -52,30 +55,12 @@ pub struct Kinematics {
 /// Times are counted from now (s), so the last is 0. `covariance` is that of the positions by rows, up to a common
 /// shift. `metre` is the length of a metre in the unit of the positions. There may be up to 32 positions.
 #[must_use]
-pub fn estimate(time: &[f64], position: &[f64], covariance: &[f64], metre: f64) -> Kinematics {
-    let (n, unit) = (time.len(), metre * metre);
+pub fn estimate(time: &[f64], position: &[f64], covariance: &[f64], metre: f64, level: Level) -> Kinematics {
     // Less the line through the ends, so that no digits are lost where the body is fast.
-    let (first, last) = (position[0], position[n - 1]);
+    let (first, last) = (position[0], position[position.len() - 1]);
     let slope = (first - last) / time[0];
     let bent: Vec<f64> = position.iter().zip(time).map(|(p, t)| p - last - slope * t).collect();
-    let mut parts = Vec::with_capacity(MODELS.len() * FRAME_NOISES.len());
-    let (mut total, mut white) = (vec![0.0; n * n], vec![[0.0; COLUMNS]; n]);
-    for model in MODELS {
-        let kernel = Kernel::new(time, model, unit);
-        for (share, noise) in FRAME_NOISES {
-            for i in 0..n {
-                for j in 0..=i {
-                    total[i * n + j] = covariance[i * n + j] + kernel.positions[i * n + j];
-                }
-                total[i * n + i] += unit * (noise * noise + ROUNDING);
-                white[i] = [1.0, time[i], bent[i], kernel.positions[(n - 1) * n + i], kernel.speed[i]];
-            }
-            let determinant = whiten(&mut total, &mut white);
-            let (evidence, part) = kernel.posterior(&gram(&white));
-            parts.push((evidence + (model.share * share / determinant).ln(), part));
-        }
-    }
-    let found = mean(&parts);
+    let found = mean(&level.run(Posteriors { time, bent: &bent, covariance, unit: metre * metre }));
     let speed = found.speed + slope;
     Kinematics { position: found.position + last, speed, ss: found.ss + (SYSTEMATIC * speed).powi(2), ..found }
 }
@@ -86,104 +71,132 @@ const COLUMNS: usize = 5;
 const POSITIONS: usize = 2;
 const NOW: [usize; 2] = [3, 4];
 
-/// The prior covariance of all that a model says, less the line.
-struct Kernel {
-    /// That of the positions, by rows; the lower triangle.
-    positions: Vec<f64>,
-    /// Covariance of each position with the speed now.
-    speed: Vec<f64>,
-    /// Variance of the speed now.
-    variance: f64,
+/// The inner products of whitened columns.
+type Gram<T> = [[T; COLUMNS]; COLUMNS];
+
+/// The number of pairs of a model and a noise.
+const PARTS: usize = MODELS.len() * FRAME_NOISES.len();
+
+/// Finds the log evidence and the motion now of each pair of a model and a noise. Each has a lane; the last lanes are
+/// not used.
+struct Posteriors<'a> {
+    time: &'a [f64],
+    bent: &'a [f64],
+    covariance: &'a [f64],
+    unit: f64,
 }
 
-impl Kernel {
-    /// With white jerk the position is its threefold integral since the first time.
-    fn new(time: &[f64], model: Model, unit: f64) -> Self {
-        let n = time.len();
-        let (jerk, acceleration) = (unit * model.jerk, unit * model.acceleration * model.acceleration);
-        let now = -time[0];
-        let since = |i: usize| time[i] - time[0];
-        let mut positions = vec![0.0; n * n];
+impl Kernel for Posteriors<'_> {
+    type Output = [(f64, Kinematics); PARTS];
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, _simd: I) -> Self::Output {
+        let Posteriors { time, bent, covariance, unit } = self;
+        let (n, now) = (time.len(), -time[0]);
+        let pair = |lane: usize| (MODELS[lane % PARTS / FRAME_NOISES.len()], FRAME_NOISES[lane % FRAME_NOISES.len()]);
+        let jerk: Lanes<f64> = lanes(|lane| unit * pair(lane).0.jerk);
+        let acceleration: Lanes<f64> = lanes(|lane| unit * pair(lane).0.acceleration * pair(lane).0.acceleration);
+        let noise: Lanes<f64> = lanes(|lane| unit * (pair(lane).1.1 * pair(lane).1.1 + ROUNDING));
+        // Prior covariances of all that a model says, less the line. With white jerk the position is its threefold
+        // integral since the first time.
+        let prior = |[of_jerk, of_acceleration]: [f64; 2]| -> Lanes<f64> {
+            lanes(|lane| jerk[lane] * of_jerk + acceleration[lane] * of_acceleration)
+        };
+        let with_speed = |u: f64| prior([u * u * u * (u / 8.0 + (now - u) / 6.0), u * u * now / 2.0]);
+        let with_position = |i: usize, j: usize| {
+            let (u, apart) = (time[j] - time[0], time[i] - time[j]);
+            let since = time[i] - time[0];
+            prior([u * u * u * (u * u / 20.0 + apart * u / 8.0 + apart * apart / 12.0), since * since * u * u / 4.0])
+        };
+        let mut factor = vec![[0.0; LANES]; n * n];
+        let mut inverse_pivots = vec![[0.0; LANES]; n];
+        let mut white = vec![[[0.0; LANES]; COLUMNS]; n];
+        let (mut determinant, mut products) = ([1.0; LANES], [[[0.0; LANES]; COLUMNS]; COLUMNS]);
         for i in 0..n {
+            // A row of the Cholesky factor of the covariance, and of all columns multiplied by its inverse.
+            let (above, row) = factor.split_at_mut(i * n);
             for j in 0..=i {
-                let (u, apart) = (since(j), time[i] - time[j]);
-                let integral = u * u * u * (u * u / 20.0 + apart * u / 8.0 + apart * apart / 12.0);
-                let bend = since(i) * since(i) * u * u / 4.0;
-                positions[i * n + j] = jerk * integral + acceleration * bend;
+                let mut left = with_position(i, j);
+                let earlier = if j < i { &above[j * n..][..j] } else { &[] };
+                for (a, b) in earlier.iter().zip(&*row) {
+                    for lane in 0..LANES {
+                        left[lane] -= a[lane] * b[lane];
+                    }
+                }
+                row[j] = lanes(|lane| left[lane] + covariance[i * n + j]);
+                if j < i {
+                    row[j] = lanes(|lane| row[j][lane] * inverse_pivots[j][lane]);
+                }
             }
+            let mut pivot: Lanes<f64> = lanes(|lane| row[i][lane] + noise[lane]);
+            let position_now = with_position(n - 1, i);
+            let speed_now = with_speed(time[i] - time[0]);
+            let mut columns = [[1.0; LANES], [time[i]; LANES], [bent[i]; LANES], position_now, speed_now];
+            for (factor, before) in row[..i].iter().zip(&white) {
+                for lane in 0..LANES {
+                    pivot[lane] -= factor[lane] * factor[lane];
+                }
+                for (column, before) in columns.iter_mut().zip(before) {
+                    for lane in 0..LANES {
+                        column[lane] -= factor[lane] * before[lane];
+                    }
+                }
+            }
+            let pivot: Lanes<f64> = lanes(|lane| pivot[lane].sqrt());
+            inverse_pivots[i] = lanes(|lane| 1.0 / pivot[lane]);
+            for lane in 0..LANES {
+                determinant[lane] *= pivot[lane];
+            }
+            for column in &mut columns {
+                for lane in 0..LANES {
+                    column[lane] *= inverse_pivots[i][lane];
+                }
+            }
+            for a in 0..COLUMNS {
+                for b in a..COLUMNS {
+                    for lane in 0..LANES {
+                        products[a][b][lane] += columns[a][lane] * columns[b][lane];
+                    }
+                }
+            }
+            white[i] = columns;
         }
-        let speed = |i: usize| {
-            let u = since(i);
-            jerk * u * u * u * (u / 8.0 + (now - u) / 6.0) + acceleration * u * u * now / 2.0
-        };
-        let variance = now * now * (jerk * now / 3.0 + acceleration);
-        Kernel { positions, speed: (0..n).map(speed).collect(), variance }
-    }
-
-    /// The log evidence of the model, less that of the determinant, and the motion now; from the inner products of the
-    /// whitened columns. The line has a flat prior, and is eliminated by generalized least squares.
-    #[allow(clippy::many_single_char_names, reason = "the entries of a matrix of two by two, and their indices")]
-    fn posterior(&self, gram: &[[f64; COLUMNS]; COLUMNS]) -> (f64, Kinematics) {
-        let [[a, b], [_, c]] = [[gram[0][0], gram[0][1]], [0.0, gram[1][1]]];
-        let determinant = a * c - b * b;
-        let inverse = |[x, y]: [f64; 2]| [(c * x - b * y) / determinant, (a * y - b * x) / determinant];
-        let level = inverse([gram[0][POSITIONS], gram[1][POSITIONS]]);
-        let left = |column: usize| gram[column][POSITIONS] - gram[0][column] * level[0] - gram[1][column] * level[1];
-        let evidence = -0.5 * left(POSITIONS).max(0.0) - 0.5 * determinant.ln();
-        // What the line says of position and speed now that the kernel does not.
-        let line = [[1.0 - gram[0][3], -gram[1][3]], [-gram[0][4], 1.0 - gram[1][4]]];
-        let prior = [self.positions[self.positions.len() - 1], self.speed[self.speed.len() - 1], self.variance];
-        let spread = |i: usize, j: usize| {
-            let [x, y] = inverse(line[j]);
-            prior[i + j] - gram[NOW[i]][NOW[j]] + line[i][0] * x + line[i][1] * y
-        };
-        let now = Kinematics {
-            position: level[0] + left(NOW[0]),
-            speed: level[1] + left(NOW[1]),
-            pp: spread(0, 0),
-            ps: spread(0, 1),
-            ss: spread(1, 1),
-        };
-        (evidence, now)
+        let now = [with_position(n - 1, n - 1), with_speed(now), prior([now * now * now / 3.0, now * now])];
+        std::array::from_fn(|part| {
+            let gram = products.map(|row| row.map(|lanes| lanes[part]));
+            let (likelihood, motion) = posterior(&gram, now.map(|lanes| lanes[part]));
+            let (model, (share, _)) = pair(part);
+            (likelihood + (model.share * share / determinant[part]).ln(), motion)
+        })
     }
 }
 
-/// Multiplies all columns by the inverse of the Cholesky factor of `total`, whose lower triangle it replaces. Returns
-/// the product of the factor's diagonal.
-fn whiten(total: &mut [f64], columns: &mut [[f64; COLUMNS]]) -> f64 {
-    let n = columns.len();
-    let mut determinant = 1.0;
-    for i in 0..n {
-        let (above, row) = total.split_at_mut(i * n);
-        for j in 0..i {
-            let earlier = &above[j * n..=j * n + j];
-            let known: f64 = earlier[..j].iter().zip(&*row).map(|(a, b)| a * b).sum();
-            row[j] = (row[j] - known) / earlier[j];
-        }
-        let (done, rest) = columns.split_at_mut(i);
-        let mut pivot = row[i];
-        for (factor, before) in row.iter().zip(done) {
-            pivot -= factor * factor;
-            rest[0].iter_mut().zip(*before).for_each(|(value, before)| *value -= factor * before);
-        }
-        row[i] = pivot.sqrt();
-        rest[0].iter_mut().for_each(|value| *value /= row[i]);
-        determinant *= row[i];
-    }
-    determinant
-}
-
-/// The inner products of all columns; the upper triangle is mirrored.
-fn gram(columns: &[[f64; COLUMNS]]) -> [[f64; COLUMNS]; COLUMNS] {
-    let mut out = [[0.0; COLUMNS]; COLUMNS];
-    for row in columns {
-        for i in 0..COLUMNS {
-            for j in 0..COLUMNS {
-                out[i][j] += row[i] * row[j];
-            }
-        }
-    }
-    out
+/// The log evidence of a model, less that of the determinant, and the motion now; from the upper triangle of the inner
+/// products, and the prior covariance of position and speed now. The line has a flat prior, and is eliminated by
+/// generalized least squares.
+#[inline(always)]
+#[allow(clippy::many_single_char_names, reason = "the entries of a matrix of two by two, and their indices")]
+fn posterior(gram: &Gram<f64>, prior: [f64; 3]) -> (f64, Kinematics) {
+    let [a, b, c] = [gram[0][0], gram[0][1], gram[1][1]];
+    let determinant = a * c - b * b;
+    let inverse = |[x, y]: [f64; 2]| [(c * x - b * y) / determinant, (a * y - b * x) / determinant];
+    let level = inverse([gram[0][POSITIONS], gram[1][POSITIONS]]);
+    let left = |column: usize| gram[POSITIONS][column] - gram[0][column] * level[0] - gram[1][column] * level[1];
+    let evidence = -0.5 * left(POSITIONS).max(0.0) - 0.5 * determinant.ln();
+    // What the line says of position and speed now that the prior does not.
+    let line = [[1.0 - gram[0][3], -gram[1][3]], [-gram[0][4], 1.0 - gram[1][4]]];
+    let spread = |i: usize, j: usize| {
+        let [x, y] = inverse(line[j]);
+        prior[i + j] - gram[NOW[i]][NOW[j]] + line[i][0] * x + line[i][1] * y
+    };
+    let now = Kinematics {
+        position: level[0] + left(NOW[0]),
+        speed: level[1] + left(NOW[1]),
+        pp: spread(0, 0),
+        ps: spread(0, 1),
+        ss: spread(1, 1),
+    };
+    (evidence, now)
 }
 
 /// The mean and covariance of a mixture, from the log evidence and the motion of each part.
@@ -209,13 +222,14 @@ fn mean(parts: &[(f64, Kinematics)]) -> Kinematics {
 #[cfg(test)]
 mod tests {
     use super::estimate;
+    use crate::simd::Level;
 
     /// Positions at ten frames a second, each with the variance `noise`.
     fn seen(noise: f64, position: impl Fn(f64) -> f64) -> super::Kinematics {
         let time: Vec<f64> = (0..11).map(|i| f64::from(i - 10) / 10.0).collect();
         let positions: Vec<f64> = time.iter().map(|t| position(*t)).collect();
         let covariance: Vec<f64> = (0..121).map(|i| if i % 12 == 0 { noise } else { 0.0 }).collect();
-        estimate(&time, &positions, &covariance, 1.0)
+        estimate(&time, &positions, &covariance, 1.0, Level::best())
     }
 
     #[test]
@@ -240,13 +254,13 @@ mod tests {
     fn the_unit_of_positions_does_not_matter() {
         let (time, position) = ([-0.3, -0.2, -0.1, 0.0], [1.0, 0.8, 0.59, 0.4]);
         let covariance = |unit: f64| [1.0; 16].map(|_| 0.0 * unit);
-        let metres = estimate(&time, &position, &covariance(1.0), 1.0);
-        let halves = estimate(&time, &position.map(|p| 2.0 * p), &covariance(4.0), 2.0);
+        let metres = estimate(&time, &position, &covariance(1.0), 1.0, Level::best());
+        let halves = estimate(&time, &position.map(|p| 2.0 * p), &covariance(4.0), 2.0, Level::best());
         assert!((halves.speed / metres.speed - 2.0).abs() < 1e-9 && (halves.ss / metres.ss - 4.0).abs() < 1e-6);
     }
 
     #[test]
     fn equal_stamps_tell_nothing() {
-        assert!(!estimate(&[0.0; 3], &[1.0, 2.0, 3.0], &[0.0; 9], 1.0).speed.is_finite());
+        assert!(!estimate(&[0.0; 3], &[1.0, 2.0, 3.0], &[0.0; 9], 1.0, Level::best()).speed.is_finite());
     }
 }

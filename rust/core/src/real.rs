@@ -147,6 +147,11 @@ real! {
 
 /// The median of at least one number; the numbers lose their order.
 pub(crate) fn median(values: &mut [f64]) -> f64 {
+    match *values {
+        [only] => return only,
+        [one, other] => return f64::midpoint(one, other),
+        _ => {}
+    }
     let middle = values.len() / 2;
     let odd = values.len() % 2 == 1;
     let (below, &mut upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);

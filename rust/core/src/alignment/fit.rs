@@ -1,9 +1,11 @@
 //! The motion that the cells agree upon: where the body was in each frame, and how fast it is now.
 
 use super::profile::Sighting;
-use super::weights::{CellObservations, Weights, irls_weights};
+use super::weights::{CellObservations, IrlsWeights, Weights};
+use crate::lanes::{LANES, groups, sum};
 use crate::mixture::estimate;
 use crate::real::median;
+use crate::simd::{Instructions, Kernel, Level};
 
 /// The motion of a body at the last of its sightings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,16 +20,13 @@ pub struct Trend {
 
 /// The motion of a body, from its sightings; `None` of fewer than two. It is not finite where nothing tells it.
 #[must_use]
-pub fn trend(sightings: &[Sighting], range_noise: f64) -> Option<Trend> {
+pub fn trend(sightings: &[Sighting], range_noise: f64, level: Level) -> Option<Trend> {
     let [.., _, Sighting { stamp: last, .. }] = sightings else { return None };
     let time: Vec<f64> = sightings.iter().map(|sighting| sighting.stamp - last).collect();
     let observed = CellObservations::new(sightings);
-    let found = irls_weights(&observed, range_noise);
-    let (positions, mut covariance) = positions(&observed, &found);
-    for entry in &mut covariance {
-        *entry *= found.noise;
-    }
-    let now = estimate(&time, &positions, &covariance, 1.0);
+    let weights = level.run(IrlsWeights { observed: &observed, range_noise });
+    let (positions, covariance) = level.run(Positions { weights, width: observed.width });
+    let now = estimate(&time, &positions, &covariance, 1.0, level);
     let mut edges: Vec<f64> =
         sightings.iter().zip(&positions).map(|(sighting, position)| sighting.edge - position).collect();
     Some(Trend { distance: median(&mut edges) + now.position, closing_speed: -now.speed, variance: now.ss })
@@ -38,55 +37,89 @@ const LEAST_WEIGHT: f64 = 1e-6;
 /// A weight below any that matters, against division by 0.
 const NOTHING: f64 = 1e-12;
 
-/// The position of the body in each frame, m, and the covariance of all by rows, for a point's variance of 1.
+/// Finds the position of the body in each frame, m, and the covariance of all by rows, m^2.
 ///
 /// It is the two-way least squares of frames and cells, with the cells eliminated: what is left are as many equations
 /// as there are frames. They say nothing about a common shift, so the weighted mean of the positions is taken to be 0.
-fn positions(observed: &CellObservations, Weights { weight, x, .. }: &Weights) -> (Vec<f64>, Vec<f64>) {
-    let (n, cells) = (observed.frames(), observed.cells());
-    let mut weights = vec![0.0; cells * n];
-    let (mut total, mut mean, mut of_frame) = (vec![NOTHING; cells], vec![0.0; cells], vec![LEAST_WEIGHT; n]);
-    for (frame, range) in observed.by_frame().enumerate() {
-        for i in range {
-            let cell = observed.cell[i];
-            weights[cell * n + frame] += weight[i];
-            total[cell] += weight[i];
-            mean[cell] += weight[i] * x[i];
-            of_frame[frame] += weight[i];
+struct Positions {
+    weights: Weights,
+    /// The length of a row.
+    width: usize,
+}
+
+impl Kernel for Positions {
+    type Output = (Vec<f64>, Vec<f64>);
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, _simd: I) -> Self::Output {
+        let Positions { weights: Weights { weight, x, noise }, width } = self;
+        let rows = || weight.chunks_exact(width).zip(x.chunks_exact(width));
+        let n = rows().len();
+        let (mut mean, mut total, mut share) = (vec![0.0; width], vec![NOTHING; width], vec![0.0; width]);
+        for (weight, x) in rows() {
+            for (((mean, total), weight), x) in mean.iter_mut().zip(&mut total).zip(weight).zip(x) {
+                *mean += weight * x;
+                *total += weight;
+            }
         }
-    }
-    mean.iter_mut().zip(&total).for_each(|(sum, total)| *sum /= total);
-    let mut right = vec![0.0; n];
-    for (range, right) in observed.by_frame().zip(&mut right) {
-        *right = range.map(|i| weight[i] * (x[i] - mean[observed.cell[i]])).sum();
-    }
-    let all: f64 = of_frame.iter().sum();
-    let mut normal: Vec<f64> = (0..n * n).map(|i| of_frame[i / n] * of_frame[i % n] / all).collect();
-    for (frame, weight) in of_frame.iter().enumerate() {
-        normal[frame * n + frame] += weight;
-    }
-    for (of_cell, total) in weights.chunks_exact(n).zip(&total) {
-        for (row, weight) in normal.chunks_exact_mut(n).zip(of_cell) {
-            let share = weight / total;
-            row.iter_mut().zip(of_cell).for_each(|(entry, other)| *entry -= share * other);
+        let mut by = total;
+        for by in &mut by {
+            *by = 1.0 / *by;
         }
+        mean.iter_mut().zip(&by).for_each(|(sum, by)| *sum *= by);
+        let (mut right, mut of_frame) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let mut normal = vec![0.0; n * n];
+        for (frame, (weight, x)) in rows().enumerate() {
+            share.iter_mut().zip(weight).zip(&by).for_each(|((share, weight), by)| *share = weight * by);
+            let (mut from_mean, mut all) = ([0.0; LANES], [0.0; LANES]);
+            for ((weight, x), mean) in groups(weight).iter().zip(groups(x)).zip(groups(&mean)) {
+                for lane in 0..LANES {
+                    from_mean[lane] += weight[lane] * (x[lane] - mean[lane]);
+                    all[lane] += weight[lane];
+                }
+            }
+            right.push(sum(from_mean));
+            of_frame.push(LEAST_WEIGHT + sum(all));
+            for (other, (weight, _)) in rows().take(frame + 1).enumerate() {
+                let mut both = [0.0; LANES];
+                for (share, weight) in groups(&share).iter().zip(groups(weight)) {
+                    for lane in 0..LANES {
+                        both[lane] += share[lane] * weight[lane];
+                    }
+                }
+                let both = sum(both);
+                (normal[frame * n + other], normal[other * n + frame]) = (-both, -both);
+            }
+        }
+        let all: f64 = of_frame.iter().sum();
+        for (frame, row) in normal.chunks_exact_mut(n).enumerate() {
+            row.iter_mut().zip(&of_frame).for_each(|(entry, weight)| *entry += of_frame[frame] * weight / all);
+            row[frame] += of_frame[frame];
+        }
+        invert(&mut normal, n);
+        let position = |row: &[f64]| row.iter().zip(&right).map(|(a, b)| a * b).sum();
+        let positions = normal.chunks_exact(n).map(position).collect();
+        for entry in &mut normal {
+            *entry *= noise;
+        }
+        (positions, normal)
     }
-    invert(&mut normal, n);
-    let position = |row: &[f64]| row.iter().zip(&right).map(|(a, b)| a * b).sum();
-    (normal.chunks_exact(n).map(position).collect(), normal)
 }
 
 /// Inverts a positive definite matrix of `n` rows in place, by Gauss and Jordan; such a matrix needs no pivoting.
+#[inline(always)]
 fn invert(matrix: &mut [f64], n: usize) {
-    let mut row = vec![0.0; n];
     for pivot in 0..n {
-        let by = 1.0 / matrix[pivot * n + pivot];
-        matrix[pivot * n + pivot] = 1.0;
-        matrix[pivot * n..][..n].iter_mut().for_each(|entry| *entry *= by);
-        row.copy_from_slice(&matrix[pivot * n..][..n]);
-        for (_, entries) in matrix.chunks_exact_mut(n).enumerate().filter(|(place, _)| *place != pivot) {
+        let (before, rest) = matrix.split_at_mut(pivot * n);
+        let (row, after) = rest.split_at_mut(n);
+        let by = 1.0 / row[pivot];
+        row[pivot] = 1.0;
+        for entry in &mut *row {
+            *entry *= by;
+        }
+        for entries in before.chunks_exact_mut(n).chain(after.chunks_exact_mut(n)) {
             let factor = std::mem::take(&mut entries[pivot]);
-            entries.iter_mut().zip(&row).for_each(|(entry, by)| *entry -= factor * by);
+            entries.iter_mut().zip(&*row).for_each(|(entry, by)| *entry -= factor * by);
         }
     }
 }
@@ -95,6 +128,7 @@ fn invert(matrix: &mut [f64], n: usize) {
 mod tests {
     use super::trend;
     use crate::alignment::{Alignment, Cell, Profile, Sighting};
+    use crate::simd::Level;
 
     /// A wall of cells, each at its own distance, that comes closer.
     fn approach(speed: f64, acceleration: f64) -> Vec<Sighting> {
@@ -112,7 +146,7 @@ mod tests {
     #[test]
     fn a_body_without_noise_is_followed_exactly() {
         for (speed, acceleration) in [(0.0, 0.0), (5.0, 0.0), (2.0, 6.0), (-3.0, 0.0)] {
-            let found = trend(&approach(speed, acceleration), Alignment::default().range_noise).unwrap();
+            let found = trend(&approach(speed, acceleration), Alignment::default().range_noise, Level::best()).unwrap();
             // A braking car may as well have a jerk, which costs a little.
             let near = if acceleration == 0.0 { 1e-6 } else { 0.05 };
             assert!((found.closing_speed - speed - acceleration).abs() < near, "{found:?}");
@@ -123,7 +157,7 @@ mod tests {
 
     #[test]
     fn one_frame_tells_nothing() {
-        assert_eq!(trend(&approach(1.0, 0.0)[..1], 0.02), None);
-        assert_eq!(trend(&[], 0.02), None);
+        assert_eq!(trend(&approach(1.0, 0.0)[..1], 0.02, Level::best()), None);
+        assert_eq!(trend(&[], 0.02, Level::best()), None);
     }
 }

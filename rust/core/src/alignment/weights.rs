@@ -3,76 +3,100 @@
 //! A cell sees the body at `x = h + p(t)`: the surface `h` of the body at this cell, and the position `p` of the body.
 //! Both are estimated in turns with the weights of the observations. What does not move like the rest (a stray point,
 //! an edge that is met in one frame and missed in the next, another car) loses its weight, by Tukey's biweight.
+//!
+//! The observations are a table with a row for each frame and a column for each cell, 0 where a frame does not show a
+//! cell. So nearly all of the work are loops along rows, which become lanes.
 
-use super::profile::{Cell, Sighting};
-use crate::real::median;
+use super::profile::{Cell, Profile, Sighting};
+use crate::cloud::order::median;
+use crate::lanes::{LANES, groups, sum};
+use crate::simd::{Instructions, Kernel};
 
 /// The weight of the edge of a body, in points. It is 5 times as noisy as a point, because other points make it each
 /// time.
 const EDGE: f64 = 0.04;
 
-/// What the cells of all frames show side by side: one entry for each cell of each frame, frame after frame. The last
-/// cell is the edge of the body.
+/// What the cells of all frames show side by side. The last cell is the edge of the body.
+///
+/// Tables hold row after row, and rows are padded to whole groups of lanes.
 pub(super) struct CellObservations {
-    /// The first entry of each frame, and the end of the last.
-    pub starts: Vec<usize>,
-    /// The cell of each entry.
-    pub cell: Vec<usize>,
-    /// The number of points behind each entry.
-    pub count: Vec<f64>,
-    /// The mean distance of each entry, m.
-    pub x: Vec<f64>,
-    /// The mean height of each entry above that of its cell, m.
-    pub rise: Vec<f64>,
-    /// The place of each cell but the edge.
-    pub places: Vec<Place>,
+    /// The length of a row.
+    pub width: usize,
+    /// The number of points behind each observation; 0 where there is none.
+    count: Vec<f64>,
+    /// The mean distance of each, m.
+    seen: Vec<f64>,
+    /// The mean height of each above that of its cell, m.
+    rise: Vec<f64>,
+    /// The cell of each observation, frame after frame, that of the edge last in each.
+    cell: Vec<usize>,
+    /// The first observation of each frame, and the end of the last.
+    starts: Vec<usize>,
+    /// The level of each cell but the edge, above the lowest.
+    level: Vec<usize>,
+    /// The number of levels.
+    levels: usize,
+    /// The steps that show the slope of the surface.
+    steps: Vec<Step>,
 }
 
-/// The place of a cell.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    pub column: i32,
-    pub level: i32,
-    /// Mean height, m.
-    pub height: f64,
-}
+/// The number of no cell.
+const NONE: usize = usize::MAX;
 
 impl CellObservations {
     /// Numbers the cells that more than one frame shows; others say nothing about motion.
     pub fn new(sightings: &[Sighting]) -> Self {
-        let at = |cell: &Cell| (cell.column, cell.level);
-        let mut shown: Vec<(i32, i32)> =
-            sightings.iter().flat_map(|sighting| sighting.profile.cells.iter().map(at)).collect();
-        #[allow(clippy::stable_sort_primitive, reason = "it merges sorted runs")]
-        shown.sort();
-        let mut shared: Vec<(i32, i32)> =
-            shown.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0]).collect();
-        shared.dedup();
-
-        let most = shown.len() + sightings.len();
-        let mut observed = CellObservations {
-            starts: vec![0],
-            cell: Vec::with_capacity(most),
-            count: Vec::with_capacity(most),
-            x: Vec::with_capacity(most),
-            rise: Vec::with_capacity(most),
-            places: Vec::new(),
-        };
-        for Sighting { edge, profile, .. } in sightings {
-            let mut number = 0;
-            for cell in &profile.cells {
-                while number < shared.len() && shared[number] < at(cell) {
-                    number += 1;
-                }
-                if shared.get(number) == Some(&at(cell)) {
-                    observed.push(number, cell.count, cell.x, cell.z);
+        let slots = Slots::new(sightings);
+        let mut shown = vec![0_u8; slots.len()];
+        for cell in cells(sightings) {
+            shown[slots.of(cell.column, cell.level)] += 1; // of at most 16 frames
+        }
+        let (mut number, mut places) = (vec![NONE; slots.len()], Vec::new());
+        for (slot, number) in number.iter_mut().enumerate().filter(|(slot, _)| shown[*slot] > 1) {
+            *number = places.len();
+            places.push(slots.place(slot));
+        }
+        let edge = places.len();
+        let width = (edge + 1).next_multiple_of(LANES);
+        let [mut count, mut seen, mut rise] = std::array::from_fn(|_| vec![0.0; sightings.len() * width]);
+        let (mut cell, mut starts) = (Vec::with_capacity(cells(sightings).count() + sightings.len()), vec![0]);
+        for (frame, Sighting { edge: nearest, profile, .. }) in sightings.iter().enumerate() {
+            let [count, seen, rise] =
+                [&mut count, &mut seen, &mut rise].map(|table| &mut table[frame * width..][..width]);
+            for &Cell { column, level, count: some, x, z } in &profile.cells {
+                let number = number[slots.of(column, level)];
+                if number < edge {
+                    (count[number], seen[number], rise[number]) = (some, x, z);
+                    cell.push(number);
                 }
             }
-            observed.push(shared.len(), EDGE, *edge, 0.0);
-            observed.starts.push(observed.cell.len());
+            (count[edge], seen[edge]) = (EDGE, *nearest);
+            cell.push(edge);
+            starts.push(cell.len());
         }
-        observed.level_out(&shared);
-        observed
+        let (mut points, mut height) = (vec![NOTHING; width], vec![0.0; width]);
+        for (count, z) in count.chunks_exact(width).zip(rise.chunks_exact(width)) {
+            for (((points, height), count), z) in points.iter_mut().zip(&mut height).zip(count).zip(z) {
+                *points += count;
+                *height += count * z;
+            }
+        }
+        height.iter_mut().zip(&points).for_each(|(sum, points)| *sum /= points);
+        for row in rise.chunks_exact_mut(width) {
+            row.iter_mut().zip(&height).for_each(|(z, height)| *z -= height);
+        }
+        let above_lowest = |level: i32| level.abs_diff(slots.lowest) as usize;
+        let level = places.iter().map(|(_, level)| above_lowest(*level)).collect();
+        let step = |(cell, pair): (usize, &[(i32, i32)])| {
+            let [(column, lower), (other, upper)] = [pair[0], pair[1]];
+            (column == other && upper - lower <= REACH).then(|| Step {
+                cell,
+                levels: [lower, upper].map(above_lowest),
+                rise: (height[cell + 1] - height[cell]).max(0.01),
+            })
+        };
+        let steps = places.windows(2).enumerate().filter_map(step).collect();
+        CellObservations { width, count, seen, rise, cell, starts, level, levels: slots.levels, steps }
     }
 
     /// The number of frames.
@@ -80,38 +104,72 @@ impl CellObservations {
         self.starts.len() - 1
     }
 
-    /// The number of cells, the edge included.
-    pub fn cells(&self) -> usize {
-        self.places.len() + 1
-    }
-
-    /// The entries of each frame.
-    pub fn by_frame(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
-        self.starts.windows(2).map(|pair| pair[0]..pair[1])
-    }
-
-    fn push(&mut self, cell: usize, count: f64, x: f64, z: f64) {
-        self.cell.push(cell);
-        self.count.push(count);
-        self.x.push(x);
-        self.rise.push(z);
-    }
-
-    /// Turns heights into heights above the mean of their cell.
-    fn level_out(&mut self, shared: &[(i32, i32)]) {
-        let mut sums = vec![(0.0, 0.0); shared.len() + 1];
-        for (i, &cell) in self.cell.iter().enumerate() {
-            sums[cell].0 += self.count[i];
-            sums[cell].1 += self.count[i] * self.rise[i];
-        }
-        let height = |cell: usize| sums[cell].1 / sums[cell].0;
-        for (rise, &cell) in self.rise.iter_mut().zip(&self.cell) {
-            *rise -= height(cell);
-        }
-        let place = |(cell, &(column, level)): (usize, &(i32, i32))| Place { column, level, height: height(cell) };
-        self.places = shared.iter().enumerate().map(place).collect();
+    /// The cells that each frame shows.
+    #[inline(always)]
+    fn shown(&self) -> impl Iterator<Item = &[usize]> {
+        self.starts.windows(2).map(|pair| &self.cell[pair[0]..pair[1]])
     }
 }
+
+fn cells(sightings: &[Sighting]) -> impl Iterator<Item = &Cell> {
+    sightings.iter().flat_map(|Sighting { profile: Profile { cells }, .. }| cells)
+}
+
+/// Numbers for all places that sightings show, in the order of columns and upwards in each.
+struct Slots {
+    /// The first column.
+    first: i32,
+    /// The lowest level.
+    lowest: i32,
+    columns: usize,
+    levels: usize,
+    /// The places in order, where they are too far apart for a number for each place in between.
+    sparse: Vec<(i32, i32)>,
+}
+
+impl Slots {
+    fn new(sightings: &[Sighting]) -> Self {
+        let (mut least, mut most) = ([i32::MAX; 2], [i32::MIN; 2]);
+        for Cell { column, level, .. } in cells(sightings) {
+            least = [least[0].min(*column), least[1].min(*level)];
+            most = [most[0].max(*column), most[1].max(*level)];
+        }
+        let size = |i: usize| if least[i] > most[i] { 0 } else { most[i].abs_diff(least[i]) as usize + 1 };
+        let (columns, levels) = (size(0), size(1));
+        let mut sparse = Vec::new();
+        if columns * levels > DENSE * (LANES + cells(sightings).count()) {
+            sparse.extend(cells(sightings).map(|cell| (cell.column, cell.level)));
+            sparse.sort_unstable();
+            sparse.dedup();
+        }
+        Slots { first: least[0], lowest: least[1], columns, levels, sparse }
+    }
+
+    fn len(&self) -> usize {
+        if self.sparse.is_empty() { self.columns * self.levels } else { self.sparse.len() }
+    }
+
+    /// The column and the level of a number.
+    fn place(&self, slot: usize) -> (i32, i32) {
+        let from = |least: i32, above: usize| least.saturating_add_unsigned(u32::try_from(above).unwrap_or(u32::MAX));
+        match self.sparse.get(slot) {
+            Some(place) => *place,
+            None => (from(self.first, slot / self.levels), from(self.lowest, slot % self.levels)),
+        }
+    }
+
+    #[inline(always)]
+    fn of(&self, column: i32, level: i32) -> usize {
+        if self.sparse.is_empty() {
+            column.abs_diff(self.first) as usize * self.levels + level.abs_diff(self.lowest) as usize
+        } else {
+            self.sparse.partition_point(|place| *place < (column, level))
+        }
+    }
+}
+
+/// The most places for each cell that is shown.
+const DENSE: usize = 4;
 
 /// The rounds in which weights are computed again.
 const ROUNDS: usize = 3;
@@ -128,79 +186,97 @@ const NOTHING: f64 = 1e-12;
 
 /// The weights of the observations, and what they imply.
 pub(super) struct Weights {
-    /// The weight of each entry.
+    /// The weight of each observation.
     pub weight: Vec<f64>,
-    /// The distance of each entry with the slope of the surface taken out, m.
+    /// The distance of each with the slope of the surface taken out, m.
     pub x: Vec<f64>,
     /// The variance of a point, m^2.
     pub noise: f64,
 }
 
 /// Iteratively reweighted least squares: estimates the surface, the position of each frame and the weights in turns.
-pub(super) fn irls_weights(observed: &CellObservations, range_noise: f64) -> Weights {
-    let (entries, cells) = (observed.x.len(), observed.cells());
-    let mut found = Weights { weight: observed.count.clone(), x: observed.x.clone(), noise: range_noise * range_noise };
-    let mut positions = first_positions(observed);
-    let free = entries.saturating_sub(cells + observed.frames() - 1).max(1) as f64;
-    let mut residual = vec![0.0; entries];
-    for _ in 0..ROUNDS {
-        let (mut surface, mut total) = (vec![0.0; cells], vec![NOTHING; cells]);
-        for (range, position) in observed.by_frame().zip(&positions) {
-            for i in range {
-                let (cell, weight) = (observed.cell[i], found.weight[i]);
-                surface[cell] += weight * (found.x[i] - position);
-                total[cell] += weight;
+pub(super) struct IrlsWeights<'a> {
+    pub observed: &'a CellObservations,
+    pub range_noise: f64,
+}
+
+impl Kernel for IrlsWeights<'_> {
+    type Output = Weights;
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, simd: I) -> Weights {
+        let IrlsWeights { observed, range_noise } = self;
+        let CellObservations { width, ref count, ref seen, ref rise, ref cell, .. } = *observed;
+        let mut positions = first_positions(simd, observed);
+        let (mut weight, mut x, mut noise) = (count.clone(), seen.clone(), range_noise * range_noise);
+        let [mut surface, mut total, mut slope] = std::array::from_fn(|_| vec![0.0; width]);
+        let (mut residual, mut residuals) = (vec![0.0; count.len()], Vec::with_capacity(cell.len()));
+        let free = cell.len().saturating_sub(observed.level.len() + observed.frames()).max(1) as f64;
+        for _ in 0..ROUNDS {
+            surface.fill(0.0);
+            total.fill(NOTHING);
+            for ((weight, x), position) in weight.chunks_exact(width).zip(x.chunks_exact(width)).zip(&positions) {
+                for (((surface, total), weight), x) in surface.iter_mut().zip(&mut total).zip(weight).zip(x) {
+                    *surface += weight * (x - position);
+                    *total += weight;
+                }
+            }
+            surface.iter_mut().zip(&total).for_each(|(sum, total)| *sum /= total);
+            let slopes = slopes(observed, &surface, &total);
+            slope.iter_mut().zip(&observed.level).for_each(|(slope, level)| *slope = slopes[*level]);
+            residuals.clear();
+            for (frame, (position, shown)) in positions.iter_mut().zip(observed.shown()).enumerate() {
+                let row = frame * width..(frame + 1) * width;
+                let (count, seen, rise) = (&count[row.clone()], &seen[row.clone()], &rise[row.clone()]);
+                let (weight, x, residual) = (&weight[row.clone()], &mut x[row.clone()], &mut residual[row]);
+                for (((x, seen), rise), slope) in x.iter_mut().zip(seen).zip(rise).zip(&slope) {
+                    *x = seen - slope * rise;
+                }
+                let (mut ahead, mut all) = ([0.0; LANES], [0.0; LANES]);
+                for ((weight, x), surface) in groups(weight).iter().zip(groups(x)).zip(groups(&surface)) {
+                    for lane in 0..LANES {
+                        ahead[lane] += weight[lane] * (x[lane] - surface[lane]);
+                        all[lane] += weight[lane];
+                    }
+                }
+                *position = sum(ahead) / (sum(all) + NOTHING);
+                for (((residual, x), surface), count) in residual.iter_mut().zip(&*x).zip(&surface).zip(count) {
+                    let apart = x - surface - *position;
+                    *residual = apart * apart * count;
+                }
+                residuals.extend(shown.iter().map(|cell| residual[*cell]));
+            }
+            let spread = NORMAL * NORMAL * median(simd, &mut residuals) * cell.len() as f64 / free;
+            noise = (KNOWN_NOISE * range_noise * range_noise + free * spread) / (KNOWN_NOISE + free);
+            let by = 1.0 / (BIWEIGHT * BIWEIGHT * noise);
+            for ((weight, residual), count) in weight.iter_mut().zip(&residual).zip(count) {
+                let inside = (1.0 - residual * by).max(0.0);
+                *weight = count * inside * inside;
             }
         }
-        surface.iter_mut().zip(&total).for_each(|(sum, total)| *sum /= total);
-        let slopes = slopes(observed, &surface, &total);
-        for i in 0..entries {
-            found.x[i] = observed.x[i] - slopes[observed.cell[i]] * observed.rise[i];
-        }
-        for (range, position) in observed.by_frame().zip(&mut positions) {
-            let (mut sum, mut total) = (0.0, NOTHING);
-            for i in range.clone() {
-                sum += found.weight[i] * (found.x[i] - surface[observed.cell[i]]);
-                total += found.weight[i];
-            }
-            *position = sum / total;
-            for i in range {
-                let apart = found.x[i] - surface[observed.cell[i]] - *position;
-                residual[i] = apart * apart * observed.count[i];
-            }
-        }
-        let spread = NORMAL * NORMAL * median(&mut residual.clone()) * entries as f64 / free;
-        found.noise = (KNOWN_NOISE * range_noise * range_noise + free * spread) / (KNOWN_NOISE + free);
-        let end = BIWEIGHT * BIWEIGHT * found.noise;
-        for i in 0..entries {
-            let inside = (1.0 - residual[i] / end).max(0.0);
-            found.weight[i] = observed.count[i] * inside * inside;
-        }
+        Weights { weight, x, noise }
     }
-    found
 }
 
 /// Puts each frame where it agrees best with those before it: at the median of what its cells say.
-fn first_positions(observed: &CellObservations) -> Vec<f64> {
-    let edge = observed.cells() - 1;
-    let mut sums = vec![(0.0, 0.0); observed.cells()];
-    let mut differences = Vec::new();
+#[inline(always)]
+fn first_positions<I: Instructions>(simd: I, observed: &CellObservations) -> Vec<f64> {
+    let [mut points, mut ahead] = std::array::from_fn(|_| vec![0.0; observed.width]);
+    let mut differences = Vec::with_capacity(observed.width);
     let mut positions = Vec::with_capacity(observed.frames());
-    for range in observed.by_frame() {
-        let difference = |i: usize| {
-            let (count, sum) = sums[observed.cell[i]];
-            (count > 0.0).then(|| observed.x[i] - sum / count)
-        };
+    let rows = observed.count.chunks_exact(observed.width).zip(observed.seen.chunks_exact(observed.width));
+    for ((count, seen), shown) in rows.zip(observed.shown()) {
         differences.clear();
-        differences.extend(range.clone().filter(|i| observed.cell[*i] != edge).filter_map(difference));
-        if differences.len() < ENOUGH {
-            differences.extend(range.clone().filter(|i| observed.cell[*i] == edge).filter_map(difference));
+        let known = shown.iter().filter(|cell| points[**cell] > 0.0);
+        differences.extend(known.map(|cell| seen[*cell] - ahead[*cell] / points[*cell]));
+        // The last is that of the edge.
+        if differences.len() > ENOUGH {
+            differences.pop();
         }
-        let position = if differences.is_empty() { 0.0 } else { median(&mut differences) };
-        for i in range {
-            let (count, sum) = &mut sums[observed.cell[i]];
-            *count += observed.count[i];
-            *sum += observed.count[i] * (observed.x[i] - position);
+        let position = if differences.is_empty() { 0.0 } else { median(simd, &mut differences) };
+        for (((points, ahead), count), seen) in points.iter_mut().zip(&mut ahead).zip(count).zip(seen) {
+            *points += count;
+            *ahead += count * (seen - position);
         }
         positions.push(position);
     }
@@ -212,6 +288,16 @@ const REACH: i32 = 10;
 /// A step between two levels that is steeper than this is an edge.
 const STEEPEST: f64 = 2.0;
 
+/// A step from a cell to the next one above it in the same column.
+struct Step {
+    /// Number of the lower cell; the upper one follows.
+    cell: usize,
+    /// The levels of both, above the lowest.
+    levels: [usize; 2],
+    /// How much higher the upper one is, m.
+    rise: f64,
+}
+
 /// The weighted sums of steps ahead and of rises, whose quotient is a mean slope.
 #[derive(Clone, Copy, Default)]
 struct MeanSlope {
@@ -220,42 +306,35 @@ struct MeanSlope {
 }
 
 impl MeanSlope {
+    #[inline(always)]
     fn add(&mut self, weight: f64, step: f64, rise: f64) {
         self.step += weight * step;
         self.rise += weight * rise;
     }
 
+    #[inline(always)]
     fn value(self) -> f64 {
         self.step / self.rise.max(1e-12)
     }
 }
 
-/// The slope of the surface at each cell: how much farther ahead it is for each metre upwards. It is 0 at edges of the
-/// surface and for the edge of the body.
+/// The slope of the surface at each level: how much farther ahead it is for each metre upwards. It is 0 at edges of the
+/// surface.
 ///
 /// Rings move over the body as it comes nearer, and along a slanted window they would seem to be motion. All columns
 /// together decide the slope of a level, by the limiter MC [van Leer 1977].
+#[inline(always)]
 fn slopes(observed: &CellObservations, surface: &[f64], total: &[f64]) -> Vec<f64> {
-    let mut slopes = vec![0.0; observed.cells()];
-    let levels = observed.places.iter().map(|place| place.level);
-    let (Some(lowest), Some(highest)) = (levels.clone().min(), levels.max()) else { return slopes };
-    let number = |place: &Place| usize::try_from(place.level - lowest).unwrap_or(0);
-    let size = usize::try_from(highest - lowest).unwrap_or(0) + 1;
-    let (mut above, mut below) = (vec![MeanSlope::default(); size], vec![MeanSlope::default(); size]);
-    for (i, pair) in observed.places.windows(2).enumerate() {
-        let [lower, upper] = [pair[0], pair[1]];
-        let (step, rise) = (surface[i + 1] - surface[i], (upper.height - lower.height).max(0.01));
-        let joined = lower.column == upper.column && upper.level - lower.level <= REACH;
-        if joined && step.abs() <= STEEPEST * rise {
-            let weight = total[i].min(total[i + 1]);
-            above[number(&lower)].add(weight, step, rise);
-            below[number(&upper)].add(weight, step, rise);
+    let mut sides = vec![[MeanSlope::default(); 2]; observed.levels];
+    for &Step { cell, levels: [lower, upper], rise } in &observed.steps {
+        let step = surface[cell + 1] - surface[cell];
+        if step.abs() <= STEEPEST * rise {
+            let weight = total[cell].min(total[cell + 1]);
+            sides[lower][0].add(weight, step, rise);
+            sides[upper][1].add(weight, step, rise);
         }
     }
-    for (slope, place) in slopes.iter_mut().zip(&observed.places) {
-        *slope = limited(above[number(place)].value(), below[number(place)].value());
-    }
-    slopes
+    sides.into_iter().map(|[above, below]| limited(above.value(), below.value())).collect()
 }
 
 /// The mean of two slopes, but no more than twice either, and 0 where their signs differ.

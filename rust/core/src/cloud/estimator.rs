@@ -59,19 +59,29 @@ pub fn robust_min_x<T: Real>(
     gate.check()?;
     let estimator = estimator.checked()?;
     check_intensity(gate, &points)?;
-    let Candidates { count, mut kept, .. } =
-        Candidates::gather(points, gate, estimator.nearest_needed(), level, threads);
+    let mut found = Candidates::gather(points, gate, estimator.nearest_needed(), level, threads);
+    Ok(nearest_of(&mut found, &points, gate, estimator, level))
+}
+
+/// The robust nearest distance of candidates, which are all, or at least those that the estimator needs.
+pub(super) fn nearest_of<T: Real>(
+    Candidates { count, kept, .. }: &mut Candidates<T>,
+    points: &Points<'_, T>,
+    gate: &Gate,
+    estimator: Estimator,
+    level: Level,
+) -> MinX {
     let nothing =
         MinX { x: f64::NAN, nearest_x: f64::NAN, candidates: 0, support: 0, index: None, detection: Detection::NoData };
     if kept.len() == 0 {
         let clear = MinX { x: f64::INFINITY, nearest_x: f64::INFINITY, detection: Detection::Clear, ..nothing };
-        return Ok(if points.any_valid() { clear } else { nothing });
+        return if points.any_valid() { clear } else { nothing };
     }
-    let seen = MinX { nearest_x: kept.least(level).to_f64(), candidates: count, ..nothing };
-    Ok(match estimator.estimate(&mut kept, &points, gate, level) {
+    let seen = MinX { nearest_x: kept.least(level).to_f64(), candidates: *count, ..nothing };
+    match estimator.estimate(kept, points, gate, level) {
         None => MinX { detection: Detection::TooFew, ..seen },
         Some(Estimate { x, index, support }) => MinX { x, index, support, detection: Detection::Found, ..seen },
-    })
+    }
 }
 
 /// The way to one distance that survives outliers.
@@ -194,10 +204,11 @@ fn mean_of_lowest<T: Real>(kept: &mut CandidateBuffer<T>, k: usize, level: Level
     if kept.len() < k {
         return None;
     }
-    kept.keep_nearest(k, level);
-    let mut lowest: Vec<Candidate<T>> = kept.iter().collect();
-    lowest.sort_unstable_by(Candidate::order);
-    let x = || lowest.iter().map(|candidate| candidate.x.to_f64());
+    let last = kept.nth(k, level).x;
+    let mut lowest = kept.up_to(last.below());
+    lowest.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+    lowest.resize(k, last);
+    let x = || lowest.iter().map(|x| x.to_f64());
     let mean = x().sum::<f64>() / k as f64;
     // A sum beyond the largest number has a mean all the same.
     let mean = if mean.is_finite() { mean } else { x().map(|x| x / k as f64).sum() };

@@ -7,8 +7,9 @@
 //! A cloud that is handed over again under a new stamp shows nothing new: the body is predicted. A scene that stands,
 //! seen without noise, gives the same cloud for ever; from `PATIENCE` of `max_gap` on a repeated cloud is measured.
 
-use super::estimator::{Detection, Estimator, robust_min_x};
-use super::gate::Gate;
+use super::buffer::Candidate;
+use super::estimator::{Detection, Estimator, nearest_of};
+use super::gate::{Gate, check_intensity};
 use super::pass::Candidates;
 use crate::alignment::{Alignment, Cell, FARTHEST, Profile, Sighting, Trend, trend};
 use crate::error::{Error, finite, non_negative};
@@ -150,12 +151,12 @@ impl Body {
             && self.unchanged_since().is_some_and(|since| now.stamp - since < patience)
     }
 
-    fn add(&mut self, sighting: Sighting, range_noise: f64) {
+    fn add(&mut self, sighting: Sighting, range_noise: f64, level: Level) {
         self.sightings.push(sighting);
         let excess = self.sightings.len().saturating_sub(MOST);
         self.sightings.drain(..excess);
         let enough = self.sightings.len() >= ENOUGH;
-        self.trend = enough.then(|| trend(&self.sightings, range_noise)).flatten().filter(is_possible);
+        self.trend = enough.then(|| trend(&self.sightings, range_noise, level)).flatten().filter(is_possible);
     }
 }
 
@@ -231,7 +232,9 @@ impl BodyTracker {
     /// When the gate bounds an intensity that the points lack.
     pub fn update<T: Real>(&mut self, points: Points<'_, T>, stamp: f64, level: Level) -> Result<TrackedTtc, Error> {
         let CloudSettings { gate, estimator, method, .. } = self.settings;
-        let found = robust_min_x(points, &gate, estimator, level, 1)?;
+        check_intensity(&gate, &points)?;
+        let mut candidates = Candidates::gather(points, &gate, None, level, 1);
+        let found = nearest_of(&mut candidates, &points, &gate, estimator, level);
         if !stamp.is_finite() || self.track.stamp.is_some_and(|last| stamp <= last) {
             return Ok(TrackedTtc { status: Status::Invalid, ..self.answer(false) });
         }
@@ -245,19 +248,25 @@ impl BodyTracker {
             Detection::Found => found.x,
             Detection::TooFew => found.nearest_x,
         };
-        let profile = profile(points, &gate, edge, &method, level);
+        let end = edge + method.depth;
+        let body = candidates.kept.iter().filter(|candidate| candidate.x.to_f64() <= end);
+        let body = body.map(|Candidate { x, index }| {
+            let [_, y, z] = gate.oriented(points.get(index as usize)).map(Real::to_f64);
+            [x.to_f64(), y, z]
+        });
+        let profile = Profile::new(body, &method);
         let sighting = Sighting { stamp, edge, profile };
         if !is_finite(&sighting) {
             return Ok(TrackedTtc::only_where(Status::WarmingUp, edge - self.settings.front_offset));
         }
         if !self.track.present.is_repeated_by(&sighting, PATIENCE * self.settings.max_gap) {
-            self.follow(sighting);
+            self.follow(sighting, level);
         }
         Ok(self.answer(found.detection == Detection::TooFew))
     }
 
     /// Gives a sighting to the body that it belongs to, or begins another.
-    fn follow(&mut self, sighting: Sighting) {
+    fn follow(&mut self, sighting: Sighting, level: Level) {
         let CloudTrack { present, shelved, .. } = &mut self.track;
         if !present.continues(&sighting, self.settings.jump) {
             if shelved.continues(&sighting, self.settings.jump) {
@@ -270,7 +279,7 @@ impl BodyTracker {
                 }
             }
         }
-        present.add(sighting, self.settings.method.range_noise);
+        present.add(sighting, self.settings.method.range_noise, level);
     }
 
     /// The answer about the body at the newest stamp: that of its last sighting, or later where a cloud was repeated.
@@ -334,21 +343,6 @@ impl BodyTracker {
             ..TrackedTtc::nothing(Status::Lost, distance)
         }
     }
-}
-
-/// The side of the body that faces the sensor, up to `depth` behind its edge.
-fn profile<T: Real>(points: Points<'_, T>, gate: &Gate, edge: f64, settings: &Alignment, level: Level) -> Profile {
-    let end = edge + settings.depth;
-    // A little farther than needed, because bounds are rounded to the type of the points.
-    let (from, to) = gate.x;
-    let nearer = Gate { x: (from, to.min(end + end.abs() * 1e-6)), ..*gate };
-    let found = Candidates::gather(points, &nearer, None, level, 1);
-    let body = found.kept.iter().map(|candidate| (candidate.x.to_f64(), candidate.index)).filter(|(x, _)| *x <= end);
-    let body = body.map(|(x, index)| {
-        let [_, y, z] = gate.oriented(points.get(index as usize)).map(Real::to_f64);
-        [x, y, z]
-    });
-    Profile::new(body, settings)
 }
 
 /// Time to cover `distance` at a constant speed, s; 0 in contact, infinite where nothing closes.
