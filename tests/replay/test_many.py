@@ -5,6 +5,7 @@ import json
 import os
 import re
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -329,3 +330,49 @@ def test_no_more_than_a_window_is_submitted_at_a_time(monkeypatch: pytest.Monkey
 
     assert len(replay_many([SCANS] * 10, executor=executor, progress=show)) == 10
     assert max(seen) <= 3
+
+
+UNGUARDED = f"""
+from ttc_fast.replay import replay_many
+print([each.summary.frames for each in replay_many([{str(SCANS)!r}, {str(CLOUDS)!r}], **HOW)])
+"""
+
+
+@pytest.mark.parametrize("by", ["file", "standard input"])
+def test_a_script_without_the_guard_is_told_so_once_and_ends(by: str, tmp_path: Path) -> None:
+    def ended(how: str) -> "subprocess.CompletedProcess[str]":
+        script = tmp_path / "script.py"
+        script.write_text(UNGUARDED.replace("HOW", how))
+        with script.open() as source:
+            command = [sys.executable, *([str(script)] if by == "file" else ["-"])]
+            return subprocess.run(command, stdin=source, capture_output=True, text=True, check=False, timeout=60)
+
+    told = ended("{'jobs': 2}")
+    assert (told.returncode, told.stdout) == (1, "")
+    assert 'if __name__ == "__main__":\n\nin a file, or give jobs=1' in told.stderr
+    assert told.stderr.count("Traceback") == 2  # that of the first process, and that of the script
+    assert ended("{'jobs': 1}").stdout == "[129, 12]\n"
+
+
+def test_one_log_is_replayed_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(many, "Processes", pytest.fail)
+    seen: list[int] = []
+    for paths, jobs, shown in ((SCANS, None, [1]), (str(SCANS), None, [1]), ([SCANS, CLOUDS], 1, [1, 2])):
+        seen.clear()
+        replay_many(paths, jobs=jobs, progress=lambda progress: seen.append(progress.logs))
+        assert seen == shown
+
+
+def test_a_pattern_is_looked_up_whatever_quotes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("b.csv", "a.csv", "deep/c.csv", "[odd].csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("stamp,distance\n0.0,9.0\n0.1,8.9\n")
+
+    def logs(*names: str) -> list[str]:
+        return [str(Path(each.log).relative_to(tmp_path)) for each in replay_many([tmp_path / name for name in names])]
+
+    assert logs("?.csv") == ["a.csv", "b.csv"]
+    assert logs("**/[bc].csv") == ["b.csv", "deep/c.csv"]
+    assert logs("[odd].csv") == ["[odd].csv"]
+    assert main(["replay", str(tmp_path / "*.bag")]) == 3
+    assert capsys.readouterr().err == f"ttc-fast: {tmp_path}/*.bag: nothing matches it\n"

@@ -39,7 +39,7 @@ DESCRIPTION = f"""\
 Replay recorded logs, frame by frame, through the code that brakes on the vehicle: when would it have braked, and why?
 {fill(f"PATH is {FORMATS}.", 118)}
 Several paths are replayed on all cores at once, or by the workers of --scheduler, and end in a table with a line each.
-A path may be a URL, s3://fleet/2026-*/*.mcap, of a storage that fsspec knows.
+A path may have *, ? and [, and may be a URL, s3://fleet/2026-*/*.mcap, of a storage that fsspec knows.
 """
 COMMON = (
     "--topic", "--speed", "--mount", "--outline", "--sensor-height", "--criterion", "--config", "--out",
@@ -75,7 +75,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     options.add_rows(out)
     out.add_argument(
-        "--jobs", type=options.positive_count, metavar="N", help="Replay in at most N processes (default: all cores)."
+        "--jobs",
+        type=options.positive_count,
+        metavar="N",
+        help="Replay in at most N processes (default: all cores); 1 starts none.",
     )
     out.add_argument(
         "--scheduler", metavar="URL", help="Replay on the workers of this Dask scheduler, such as tcp://host:8786."

@@ -17,6 +17,7 @@ import tempfile
 import time
 import weakref
 from contextlib import contextmanager, suppress
+from glob import glob
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -77,8 +78,8 @@ def absolute(place: Location) -> Location:
     return place if isinstance(place, str) else Path(os.path.abspath(place))
 
 
-def found(paths: Iterable[str | PathLike[str]]) -> list[Location]:
-    """Return places, with what matches in the stead of a URL that has ``*``, ``?`` or ``[``.
+def found(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[Location]:
+    """Return places, with what matches in the stead of one that has ``*``, ``?`` or ``[`` and is not there itself.
 
     Raises
     ------
@@ -86,16 +87,21 @@ def found(paths: Iterable[str | PathLike[str]]) -> list[Location]:
         If nothing matches.
     """
     places: list[Location] = []
-    for path in paths:
+    for path in [paths] if isinstance(paths, (str, os.PathLike)) else paths:
         place = located(path)
-        if isinstance(place, Path) or not any(sign in place for sign in "*?["):
+        if not any(sign in str(place) for sign in "*?[") or (isinstance(place, Path) and place.exists()):
             places.append(place)
             continue
-        matches = _asked(place, lambda fs, name: sorted(fs.glob(name)))
+        matches: list[Location]
+        if isinstance(place, Path):
+            matches = [Path(match) for match in sorted(glob(str(place), recursive=True))]
+        else:
+            scheme = place.partition("://")[0] + "://"
+            names = _asked(place, lambda fs, name: sorted(fs.glob(name)))
+            matches = [scheme + (match.partition("://")[2] or match) for match in names]
         if not matches:
             raise LogError(place, "nothing matches it")
-        protocol = place.partition("://")[0]
-        places.extend(f"{protocol}://{match.partition('://')[2] or match}" for match in matches)
+        places += matches
     return places
 
 

@@ -28,8 +28,40 @@ PATIENCE = 600.0
 """s for which a scheduler that is gone is waited for."""
 
 
+GUARD = """\
+replay_many starts processes, and each of them imports the script that calls it. So call it from below
+
+    if __name__ == "__main__":
+
+in a file, or give jobs=1, which starts no process"""
+
+
 class WorkerLostError(RuntimeError):
     """The process that replayed a log ended before it was done."""
+
+
+class StartError(RuntimeError):
+    """No process can begin."""
+
+
+class ThisProcess(Executor):
+    """Does what is submitted at once, in this process."""
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+        """Call a function, and return the future of what it gives, which is done."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(*arguments, **named))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class _Own(threading.local):
+    """The process of a thread, and the link to it."""
+
+    process: Any = None
+    link: Any = None
 
 
 class Processes(Executor):
@@ -42,12 +74,25 @@ class Processes(Executor):
     ----------
     jobs : int or None
         How many processes there are at most; None is one for each core.
+
+    Raises
+    ------
+    StartError
+        If this process is itself one that begins, and imports the script that calls.
+
+    Notes
+    -----
+    The first process begins alone. Where it cannot, such as for want of the guard of the script, no other is tried.
     """
 
     def __init__(self, jobs: int | None = None) -> None:
+        if getattr(multiprocessing.current_process(), "_inheriting", False):  # as multiprocessing itself finds out
+            raise StartError(GUARD)
         self._threads = ThreadPoolExecutor(jobs or os.cpu_count() or 1, "replay")
-        self._own = threading.local()
+        self._own = _Own()
         self._processes: dict[Any, Connection] = {}
+        self._first = threading.Lock()
+        self._begun: bool | StartError = False
         self._ended = False
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
@@ -55,23 +100,34 @@ class Processes(Executor):
         return self._threads.submit(self._call, function, arguments, named)
 
     def _call(self, function: Any, arguments: Any, named: Any) -> Any:
-        if getattr(self._own, "process", None) is None:
+        if self._own.process is None:
+            with self._first:
+                if not self._begun:
+                    self._start()
+        if self._own.process is None:
             self._start()
-        process, link = self._own.process, self._own.link
+        link = self._own.link
         try:
             link.send((function, arguments, named))
             succeeded, value = link.recv()
         except (EOFError, OSError):
-            self._own.process = None
-            link.close()
-            process.join()
-            self._processes.pop(process, None)
-            raise WorkerLostError(_how_it_ended(process.exitcode)) from None
+            raise WorkerLostError(_how_it_ended(self._lost())) from None
         if succeeded:
             return value
         raise value
 
+    def _lost(self) -> int | None:
+        """Clear up after the process of this thread; return its exit code."""
+        process, self._own.process = self._own.process, None
+        self._own.link.close()
+        process.join()
+        self._processes.pop(process, None)
+        return process.exitcode  # type: ignore[no-any-return]
+
     def _start(self) -> None:
+        """Start a process, and wait until it has imported what it needs."""
+        if isinstance(self._begun, StartError):
+            raise self._begun
         context = multiprocessing.get_context("spawn")
         self._own.link, other = context.Pipe()
         _hold_interrupts()
@@ -81,6 +137,15 @@ class Processes(Executor):
         other.close()  # so that a process that is gone is noticed
         if self._ended:
             self._own.process.terminate()
+        try:
+            self._own.link.recv()
+        except (EOFError, OSError):
+            code = self._lost()
+            if self._begun is True or code is None or code < 0:
+                raise WorkerLostError(_how_it_ended(code)) from None
+            self._begun = StartError(f"{_how_it_ended(code)} before it had begun: {GUARD}")
+            raise self._begun from None
+        self._begun = True
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes: after what was submitted, or with ``cancel_futures`` at once."""
@@ -112,6 +177,8 @@ def _serve(link: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    with suppress(OSError):
+        link.send("begun")
     while True:
         try:
             function, arguments, named = link.recv()

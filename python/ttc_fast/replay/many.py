@@ -31,7 +31,7 @@ from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import LogError
 from ttc_fast.logs.storage import StorageError, absolute, found, located, remove, size_and_time, written_whole
 from ttc_fast.replay.dataset import Dataset, Made, Replayed, digest_of, exit_code_of
-from ttc_fast.replay.executors import Processes, adapted
+from ttc_fast.replay.executors import Processes, StartError, ThisProcess, adapted
 from ttc_fast.replay.output import Files, OutputError, each_of, play, prepare_folder, through
 from ttc_fast.replay.row import ParquetWriter
 from ttc_fast.replay.run import Replay
@@ -130,7 +130,7 @@ class Task:
 
 
 def replay_many(
-    paths: Iterable[str | PathLike[str]],
+    paths: str | PathLike[str] | Iterable[str | PathLike[str]],
     settings: Settings | None = None,
     *,
     executor: Executor | None = None,
@@ -146,14 +146,15 @@ def replay_many(
 
     Parameters
     ----------
-    paths : iterable of path
-        The logs. Each is a path or a URL of fsspec, in which ``*``, ``?`` and ``[`` match (extra ``fleet``).
+    paths : path, or iterable of path
+        The logs. Each is a path, or a URL of fsspec (extra ``fleet``); ``*``, ``?`` and ``[`` match in both.
     settings : Settings, optional
         The settings of all logs.
     executor : concurrent.futures.Executor, optional
         What replays them, such as ``client.get_executor()`` of a Dask client; by default processes of this machine.
     jobs : int, optional
         How many processes of this machine there are; by default one for each core. An executor has its own number.
+        One log, or any number with ``jobs=1``, is replayed in this process.
     out : path, optional
         A folder or URL for the results as Parquet: ``rows/`` has a part for each log, ``logs.parquet`` a line for each
         (extra ``parquet``). A log that is given twice is replayed once. A log whose part is there already, made with
@@ -177,11 +178,9 @@ def replay_many(
         If nothing matches one of the paths.
     OutputError
         If ``out`` cannot be written.
-
-    Notes
-    -----
-    The processes of this machine import the script that calls. So a script has to call from below
-    ``if __name__ == "__main__":``.
+    RuntimeError
+        If no process of this machine can begin: they import the script that calls, so a script has to call from below
+        ``if __name__ == "__main__":``.
 
     Examples
     --------
@@ -194,6 +193,10 @@ def replay_many(
     """
     settings = Settings() if settings is None else settings
     logs = found(paths)
+    if executor is not None:
+        runs: Executor = adapted(executor)
+    else:
+        runs = ThisProcess() if len(logs) == 1 or jobs == 1 else Processes(jobs)
     files = [None if each is None else located(each) for each in (rows, plot, rerun)]
     if executor is not None or out is not None:  # workers may be in another folder, and a later run as well
         logs, files = [absolute(each) for each in logs], [each and absolute(each) for each in files]
@@ -211,14 +214,14 @@ def replay_many(
         Task(number, log, each, settings, dataset, again, typed)
         for number, (log, each) in enumerate(zip(logs, of_each, strict=True))
     ]
-    run = _Run(tasks, Processes(jobs) if executor is None else adapted(executor), progress)
+    run = _Run(tasks, runs, progress)
     done = False
     try:
         run.to_the_end()
         done = True
     finally:
-        if run.executor is not executor:
-            run.executor.shutdown(cancel_futures=not done)
+        if runs is not executor:
+            runs.shutdown(cancel_futures=not done)
         if dataset is not None:
             dataset.end(run.in_order())
     return run.in_order()
@@ -228,7 +231,8 @@ class _Run:
     """The tasks of a call of ``replay_many``, and what came of them."""
 
     def __init__(self, tasks: list[Task], executor: Executor, progress: Callable[[Progress], None]) -> None:
-        self._tasks, self.executor, self._show = tasks, executor, progress
+        self._tasks, self._executor, self._show = tasks, executor, progress
+        self._window = 1 if isinstance(executor, ThisProcess) else WINDOW
         self._waiting = deque(tasks)
         self._running: dict[Future[Replayed], Task] = {}
         self._finished: SimpleQueue[Future[Replayed]] = SimpleQueue()
@@ -240,7 +244,7 @@ class _Run:
         """Submit the tasks and take their results until there are none left."""
         try:
             while self._waiting or self._running:
-                while self._waiting and len(self._running) < WINDOW:
+                while self._waiting and len(self._running) < self._window:
                     self._submit(self._waiting.popleft())
                 with suppress(Empty):
                     future = self._finished.get(timeout=TICK)
@@ -252,7 +256,7 @@ class _Run:
 
     def _submit(self, task: Task) -> None:
         try:
-            future = self.executor.submit(replay_one, task)
+            future = self._executor.submit(replay_one, task)
         except Exception as error:  # the executor is gone; each has errors of its own
             self._fail(task, error)
             return
@@ -264,6 +268,8 @@ class _Run:
             self._have(task, future.result())
         except CancelledError:  # its scheduler is gone, which is no fault of the log; the executor says when to end
             self._waiting.append(task)
+        except StartError:
+            raise
         except Exception as error:
             if task.attempt + 1 < ATTEMPTS:
                 self._waiting.append(replace(task, attempt=task.attempt + 1))
