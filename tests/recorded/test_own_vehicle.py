@@ -99,6 +99,14 @@ def test_every_reader_begins_beyond_the_bonnet(kind: str, frames: list[Cloud4], 
     assert ("1.5 times the height" in replay.summary.assumed) == (kind != "bin")
 
 
+def test_the_height_that_a_format_stands_for_is_said(frames: list[Cloud4], tmp_path: Path) -> None:
+    """Bare clouds may come of a lidar of another car."""
+    log = recorded(frames, "bin", tmp_path)
+    assert "the lidar is 1.73 m above the road, as in KITTI frames: say it with" in Replay(log).pipeline.assumed
+    for said in (Settings(log_options={"sensor_height": HEIGHT}), Settings(gate={"z": (-1.5, 0.27)})):
+        assert "above the road" not in Replay(log, said).pipeline.assumed
+
+
 def test_a_gate_that_holds_the_bonnet_is_said_in_the_summary(data: Path) -> None:
     replay = Replay(data / "kitti/velodyne", Settings(gate={"x": (0.0, math.inf), "z": (-1.5, 0.27)}))
     assert [row.status for row in replay][8:] == [Status.CLOSING] * 12

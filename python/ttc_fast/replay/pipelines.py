@@ -178,6 +178,7 @@ class Clouds:
             self.about.insert(0, ("lidar", f"at x {x:g} m, y {y:g} m, yaw {yaw:g} rad, {mounted}"))
         assumes = self.lidar.vehicle_reach is None and not settings.says_where_gate_begins
         reach = assumed_reach(self.lidar) if assumes else ""
+        height = "" if settings.says_heights else assumed_height(log)
         self._within: Gate | None = None
         if assumes and self.lidar.own_reach > 0.0:
             self._within = settings.gate_within(self.lidar)
@@ -200,7 +201,7 @@ class Clouds:
             for each in configuration.criteria or ():
                 if each.needs is Needs.PATH:
                     raise ConfigurationError(f"{each.name} needs the speed: {option('speed')} says it")
-        self.assumed = "; ".join(filter(None, (reach, instead)))
+        self.assumed = "; ".join(filter(None, (height, reach, instead)))
         self.controller = ReplayController(configuration, path=self.path)
         criteria = self.controller.criteria
         self._estimates = self.path is None or any(isinstance(each, OF_ESTIMATES) for each in criteria)
@@ -388,6 +389,13 @@ def comes_closer(near: TrackedTTC, ahead: TrackedTTC) -> bool:
     """Whether a body that was taken for the vehicle itself comes closer for certain, and before what is ahead."""
     interval = near.closing_speed_interval
     return interval is not None and interval[0] > LEAST_CLOSING and near.ttc < ahead.ttc
+
+
+def assumed_height(log: CloudLog) -> str:
+    """Say that the height of the lidar is that of the format's usual car, where neither log nor user says it."""
+    usual = getattr(log, "height_of", "")
+    how = f"say it with {option('sensor_height')}"
+    return usual and f"the lidar is {log.lidar.sensor_height:g} m above the road, as in {usual}: {how}"
 
 
 def assumed_reach(lidar: Lidar) -> str:
