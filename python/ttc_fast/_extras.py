@@ -8,11 +8,13 @@ from pathlib import Path
 EXTRAS = {
     "cyclonedds": "dds",
     "distributed": "fleet",
+    "foxglove_schemas_protobuf": "foxglove",
     "fsspec": "fleet",
     "gymnasium": "gym",
     "lz4": "log",
     "matplotlib": "plot",
     "mcap": "log",
+    "mcap_protobuf": "foxglove",
     "pandas": "pandas",
     "pyarrow": "parquet",
     "rerun": "rerun",
@@ -21,7 +23,11 @@ EXTRAS = {
     "zstandard": "log",
 }
 """The extra that brings a package. A command may name one that brings more."""
-DISTRIBUTIONS = {"rerun": "rerun-sdk"}
+DISTRIBUTIONS = {
+    "foxglove_schemas_protobuf": "foxglove-schemas-protobuf",
+    "mcap_protobuf": "mcap-protobuf-support",
+    "rerun": "rerun-sdk",
+}
 """The name under which a package is installed, where it is imported under another."""
 PUBLISHED = False
 """Whether a package index has ttc-fast. Until then its extras are installed from a checkout."""

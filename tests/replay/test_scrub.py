@@ -18,7 +18,7 @@ pytestmark = pytest.mark.filterwarnings("default")  # those of Rerun
 
 def checked(recording: Path) -> str:
     """Return what Rerun's own tool prints of a recording that it has verified."""
-    tool = [str(Path(sys.executable).with_name("rerun")), "rrd"]
+    tool = [sys.executable, "-m", "rerun_cli", "rrd"]
     verified = subprocess.run([*tool, "verify", str(recording)], capture_output=True, text=True, check=True)
     assert "1 file verified without error" in verified.stderr + verified.stdout
     return subprocess.run([*tool, "print", "-v", str(recording)], capture_output=True, text=True, check=True).stdout
@@ -46,7 +46,7 @@ def test_a_table_of_distances_and_a_bag_with_times_since_1970_can_be_recorded(tm
 
 
 def test_the_ways_of_the_corners_end_where_the_motion_leads() -> None:
-    from ttc_fast.replay.scrub import swept
+    from ttc_fast.replay.drawing import swept
 
     *corners, end = swept((-1.0, 3.0, -0.5, 0.5), 2.0, np.pi / 2, 1.0)  # a quarter of a turn of radius 4 / pi
     radius = 4.0 / np.pi

@@ -73,6 +73,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     out.add_argument(
         "--rerun", type=located, metavar="FILE", help="Write a recording for Rerun, .rrd; of several logs one each."
     )
+    out.add_argument(
+        "--mcap", type=located, metavar="FILE", help="Write a recording for Foxglove, .mcap; of several logs one each."
+    )
     options.add_rows(out)
     out.add_argument(
         "--jobs",
@@ -93,7 +96,7 @@ def run(arguments: argparse.Namespace) -> None:
     from ttc_fast.replay.terminal import open_console
 
     settings = options.settings(arguments)
-    files = Files(arguments.out, arguments.plot, arguments.rerun)
+    files = Files(arguments.out, arguments.plot, arguments.rerun, arguments.mcap)
     into_folder = _check_outputs(files, arguments.summary)
     logs = found(arguments.paths)
     spare_logs(logs, [arguments.summary], "--summary")
@@ -101,6 +104,7 @@ def run(arguments: argparse.Namespace) -> None:
         run_many(logs, settings, arguments, into_folder=into_folder)
         return
     spare_logs(logs, [arguments.out])
+    spare_logs(logs, [arguments.mcap], "--mcap")
     played = show(logs[0], settings, open_console(), arguments.rows, files)
     _write_summary([Replayed(str(logs[0]), played.summary, exit_code_of(played.summary))], arguments.summary)
     check(played)
@@ -154,7 +158,7 @@ def _check_outputs(files: Files, summary: Location | None) -> bool:
     from ttc_fast.replay.row import WRITERS
     from ttc_fast.replay.table import TABLES
 
-    into_folder, (out, plot, rerun) = False, files
+    into_folder, (out, plot, rerun, mcap) = False, files
     if out is not None:
         suffix = suffix_of(out)
         into_folder = not suffix or (isinstance(out, Path) and out.is_dir())
@@ -171,10 +175,15 @@ def _check_outputs(files: Files, summary: Location | None) -> bool:
         raise CommandError(USAGE, f"--plot must end in .png or .svg, got {plot}")
     if rerun is not None and suffix_of(rerun) != ".rrd":
         raise CommandError(USAGE, f"--rerun must end in .rrd, got {rerun}")
-    if plot is not None or rerun is not None:
+    if mcap is not None and suffix_of(mcap) != ".mcap":
+        raise CommandError(USAGE, f"--mcap must end in .mcap, got {mcap}")
+    if plot is not None or rerun is not None or mcap is not None:
         import_module("matplotlib")
     if rerun is not None:
         import_module("rerun")
+    if mcap is not None:
+        import_module("mcap_protobuf")
+        import_module("foxglove_schemas_protobuf")
     return into_folder
 
 
@@ -195,6 +204,7 @@ def run_many(logs: list[Location], settings: Settings, arguments: argparse.Names
 
     rows, out = (None, arguments.out) if into_folder else (arguments.out, None)
     spare_logs(logs, each_of(rows, logs))
+    spare_logs(logs, each_of(arguments.mcap, logs), "--mcap")
     if arguments.again and not into_folder:
         raise CommandError(USAGE, "--again says that what is done in the folder of --out is done anew: give a folder")
     if arguments.scheduler is not None and arguments.jobs is not None:
@@ -214,6 +224,7 @@ def run_many(logs: list[Location], settings: Settings, arguments: argparse.Names
                 rows=rows,
                 plot=arguments.plot,
                 rerun=arguments.rerun,
+                mcap=arguments.mcap,
                 progress=progress,
             )
     except OutputError as error:

@@ -191,6 +191,8 @@ class ScanFrame(NamedTuple):
     geometry : Geometry or None
         Where the beams of this scan point, where its log says it for each; None where they are those of the log's
         ``scanner``.
+    recorded : int or None
+        When a bag recorded it, ns since 1970; None in other logs.
     """
 
     stamp: float
@@ -201,6 +203,7 @@ class ScanFrame(NamedTuple):
     lateral_speed: float = 0.0
     time_increment: float = 0.0
     geometry: Geometry | None = None
+    recorded: int | None = None
 
 
 @runtime_checkable
@@ -272,6 +275,8 @@ class CloudFrame(NamedTuple):
         when the log is read on.
     speed, yaw_rate, speed_age, lateral_speed
         The motion, as in ``ScanFrame``.
+    recorded : int or None
+        When a bag recorded it, as in ``ScanFrame``.
     """
 
     stamp: float
@@ -280,6 +285,7 @@ class CloudFrame(NamedTuple):
     yaw_rate: float = 0.0
     speed_age: float = 0.0
     lateral_speed: float = 0.0
+    recorded: int | None = None
 
 
 @runtime_checkable

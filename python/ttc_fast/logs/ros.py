@@ -91,9 +91,9 @@ class _Source:
         self._recorded = 0
         self._survey()
 
-    def read(self, errors: ReadErrors) -> Iterator[tuple[float, Any, Odometer]]:
-        """Read each message with its stamp, s since the first, and the odometry until then."""
-        name, begin, from_header, view = self.topic.name, self._begin, self._from_header, self._view
+    def read(self, errors: ReadErrors) -> Iterator[tuple[float, int, Any, Odometer]]:
+        """Read each message: its stamp, s since the first, when it was recorded, ns, and the odometry until then."""
+        name, begin, from_header, view = self.topic.name, self.begin, self._from_header, self._view
         self.odd = odd = Tally()
         odometry = "odometry" if self._odometry is None else self._odometry.name
         reader = OdometryReader(odometry, odd)
@@ -127,7 +127,7 @@ class _Source:
                 )
                 continue
             newest = measured, time
-            yield (measured - begin) * NS, message, odometer
+            yield (measured - begin) * NS, time, message, odometer
 
     def _update(
         self,
@@ -147,7 +147,7 @@ class _Source:
             measured, recorded = newest
             stamp, came = measured + round((time - recorded) * self._rate), True
         pose = Pose(read.x, read.y, read.yaw)
-        at = (stamp - self._begin) * NS
+        at = (stamp - self.begin) * NS
         try:
             odometer.update(at, pose, read.speed, read.yaw_rate, read.lateral_speed, came=came)
         except RefusedError:
@@ -217,7 +217,12 @@ class _Source:
     @property
     def is_elsewhere(self) -> bool:
         """Whether the frame of the sensor has a name that is not that of the vehicle."""
-        return self.frame_id.lstrip("/") not in ("", (self._options.base_frame or "base_link").lstrip("/"))
+        return self.frame_id.lstrip("/") not in ("", self.base_frame.lstrip("/"))
+
+    @property
+    def base_frame(self) -> str:
+        """The frame of the vehicle."""
+        return self._options.base_frame or "base_link"
 
     @property
     def has_speed(self) -> bool:
@@ -227,7 +232,7 @@ class _Source:
     @property
     def mount(self) -> Mount | None:
         """Where the sensor sits on the vehicle, if the static transforms say it."""
-        return self.transforms.mount(self._options.base_frame or "base_link", self.frame_id)
+        return self.transforms.mount(self.base_frame, self.frame_id)
 
     def _choose_clock(self, frames: StampSurvey, moving: StampSurvey | None) -> None:
         """Choose the clock of the bag: stamps of messages or times of recording, by what the first messages say."""
@@ -239,7 +244,7 @@ class _Source:
                 self.bag.path, f"{self.topic.name} has no stamps; leave out {option('clock')}, or say recorded"
             )
         self._began = frames.first if self._from_header else (self._recorded, self._recorded)
-        self._begin, self._rate = self._began[0], frames.rate if self._from_header else 1.0
+        self.begin, self._rate = self._began[0], frames.rate if self._from_header else 1.0
         known, self._incomparable = "no odometry: the speed is unknown", ""
         if self._odometry is not None:
             known = f"odometry of {self._odometry.name}"
@@ -263,6 +268,12 @@ class _BagLog:
         self.motion = source.motion
         self.sensor = source.topic.name + (f", frame {source.frame_id}" if source.frame_id else "")
         """The topic of the sensor and its frame, for people."""
+        self.begin = source.begin
+        """What the stamps of the frames count from, ns by the clock of the log."""
+        self.base_frame = source.base_frame
+        """The frame of the vehicle."""
+        self.unplaced_frame = source.frame_id if source.is_elsewhere and source.mount is None else ""
+        """The frame of the sensor where no static transform says where on the vehicle it is; else empty."""
         self._source = source
 
     @property
@@ -293,6 +304,8 @@ class BagScans(_BagLog):
     def __init__(self, source: _Source, options: LogOptions) -> None:
         super().__init__(source)
         self._options = options
+        self.upside_down = bool(options.upside_down)
+        """Whether the user says that the scanner hangs upside down."""
         self.mounted = ""
         """Where the mount comes from, for people; empty where the log does not say it."""
         mount = source.mount if options.mount is None else None
@@ -312,7 +325,7 @@ class BagScans(_BagLog):
         errors, frames = ReadErrors(self.path), 0
         reader: ScanReader | None = None
         raw: Geometry | None = None
-        for stamp, message, odometer in self._source.read(errors):
+        for stamp, recorded, message, odometer in self._source.read(errors):
             reader = reader or ScanReader(self._source.topic.name, self.odd)
             try:
                 scan = reader.read(message)
@@ -323,7 +336,7 @@ class BagScans(_BagLog):
             if scan.geometry is not raw:
                 raw = scan.geometry
                 geometry = Geometry(*(getattr(self._scanner(raw), name) for name in Geometry._fields))
-            yield ScanFrame(stamp, scan.ranges, *odometer.at(stamp), scan.time_increment, geometry)
+            yield ScanFrame(stamp, scan.ranges, *odometer.at(stamp), scan.time_increment, geometry, recorded)
         errors.raise_if_any(frames)
 
     def without_mount(self) -> None:
@@ -379,7 +392,7 @@ class BagClouds(_BagLog):
     def __iter__(self) -> Iterator[CloudFrame]:
         errors, frames = ReadErrors(self.path), 0
         reader: CloudReader | None = None
-        for stamp, message, odometer in self._source.read(errors):
+        for stamp, recorded, message, odometer in self._source.read(errors):
             if is_optical(message.frame_id) and self.lidar.axes == OPTICAL:
                 self.odd.count(
                     f"{self._source.topic.name}, frame", f"{message.frame_id} has z forward, x right, y down"
@@ -391,7 +404,7 @@ class BagClouds(_BagLog):
                 errors.add(f"the cloud at {stamp:.3f} s: {error}")
                 continue
             frames += 1
-            yield CloudFrame(stamp, points, *odometer.at(stamp))
+            yield CloudFrame(stamp, points, *odometer.at(stamp), recorded)
         errors.raise_if_any(frames)
 
 

@@ -140,6 +140,7 @@ def replay_many(
     rows: str | PathLike[str] | None = None,
     plot: str | PathLike[str] | None = None,
     rerun: str | PathLike[str] | None = None,
+    mcap: str | PathLike[str] | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> list[Replayed]:
     """Replay many logs, and lose none: each has a result, also where it cannot be read or its worker is killed.
@@ -161,9 +162,10 @@ def replay_many(
         the same version and settings when its size and time were the same, is not replayed again.
     again : bool
         Replay those as well.
-    rows, plot, rerun : path, optional
-        A file of rows (.csv, .jsonl, .parquet), a picture (.png, .svg) and a recording for Rerun (.rrd) for each log,
-        with the name of the log behind the name that is given. A log that is left out gets none.
+    rows, plot, rerun, mcap : path, optional
+        A file of rows (.csv, .jsonl, .parquet), a picture (.png, .svg), a recording for Rerun (.rrd) and one for
+        Foxglove (.mcap) for each log, with the name of the log behind the name that is given. A log that is left out
+        gets none.
     progress : function, optional
         It is called with a ``Progress`` once in a while.
 
@@ -197,7 +199,7 @@ def replay_many(
         runs: Executor = adapted(executor)
     else:
         runs = ThisProcess() if len(logs) == 1 or jobs == 1 else Processes(jobs)
-    files = [None if each is None else located(each) for each in (rows, plot, rerun)]
+    files = [None if each is None else located(each) for each in (rows, plot, rerun, mcap)]
     if executor is not None or out is not None:  # workers may be in another folder, and a later run as well
         logs, files = [absolute(each) for each in logs], [each and absolute(each) for each in files]
     for each in files:

@@ -1,4 +1,4 @@
-"""What comes out of the replay of a log: a file of rows, a picture, and a recording to scrub through."""
+"""What comes out of the replay of a log: a file of rows, a picture, and recordings to scrub through."""
 
 from __future__ import annotations
 
@@ -40,11 +40,14 @@ class Files(NamedTuple):
         The picture: .png or .svg.
     rerun : Location or None
         The recording for Rerun: .rrd.
+    mcap : Location or None
+        The recording for Foxglove: .mcap.
     """
 
     rows: Location | None = None
     plot: Location | None = None
     rerun: Location | None = None
+    mcap: Location | None = None
 
 
 def play(replay: Replay, rows: Iterable[Row], files: Files) -> None:
@@ -71,6 +74,11 @@ def play(replay: Replay, rows: Iterable[Row], files: Files) -> None:
             from ttc_fast.replay.scrub import recorded
 
             rows = recorded(replay, rows, stack.enter_context(writing(files.rerun, "choose another place")))
+        if files.mcap is not None:
+            from ttc_fast.replay import foxglove
+
+            file = stack.enter_context(writing(files.mcap, "choose another place", whole=True))
+            rows = foxglove.recorded(replay, rows, file)
         if files.rows is not None:
             file = stack.enter_context(writing(files.rows, "choose another --out"))
             rows = through(rows, stack.enter_context(WRITERS[suffix_of(files.rows)](file)))
@@ -92,15 +100,23 @@ def through(rows: Iterable[Row], writer: Writer) -> Iterator[Row]:
 
 
 @contextmanager
-def writing(place: Location, how: str) -> Iterator[Path]:
-    """Yield the path to write to. What goes to a URL is there when it is whole."""
+def writing(place: Location, how: str, *, whole: bool = False) -> Iterator[Path]:
+    """Yield the path to write to. What goes to a URL is there when it is whole, as anything is with ``whole``."""
+    folder = place.parent if isinstance(place, Path) else place.rpartition("/")[0]
     try:
-        if isinstance(place, Path):
-            make_folder(place.parent)
+        if isinstance(folder, Path):
+            make_folder(folder)
+        if isinstance(place, Path) and not whole:
             yield place
-        else:
-            with written_whole(place, join(place.rpartition("/")[0], ".unfinished")) as file:
+            return
+        unfinished = join(folder, ".unfinished")
+        try:
+            with written_whole(place, unfinished) as file:
                 yield file
+        finally:
+            if isinstance(unfinished, Path):
+                with suppress(OSError):  # another run has files there
+                    unfinished.rmdir()
     except OSError as error:
         raise OutputError(f"cannot write {place}: {error.strerror or error}; {how}") from error
 

@@ -184,8 +184,9 @@ class Clouds:
             self._within = settings.gate_within(self.lidar)
         self._own_frames, self._own_distance = 0, math.nan
         said = None if settings.says_axes else getattr(log, "placement", None)
-        self._placement = placement_of(said, scanner.get("mount", recorded), self.gate.axes, "mount" in scanner)
-        self._turns = self._placement is not None and not is_axes(self._placement.turn, self.gate.axes)
+        self.placement = placement_of(said, scanner.get("mount", recorded), self.gate.axes, "mount" in scanner)
+        """Where stored points are in the frame of the vehicle; None where they are stored so."""
+        self._turns = self.placement is not None and not is_axes(self.placement.turn, self.gate.axes)
         if self._turns:
             self.gate = with_axes(self.gate, REP_103)
             self._within = self._within and with_axes(self._within, REP_103)
@@ -255,9 +256,9 @@ class Clouds:
 
     def _turned(self, points: NDArray[Any]) -> NDArray[Any]:
         """Return the points of the lidar as the gate looks at them: forward is where the vehicle drives."""
-        if not self._turns or self._placement is None:
+        if not self._turns or self.placement is None:
             return points
-        turned = self._placement.turned(points)
+        turned = self.placement.turned(points)
         if self.gate.intensity is None:
             return turned
         intensity = points["intensity"] if points.dtype.names else points[..., 3]
@@ -268,7 +269,7 @@ class Clouds:
 
         The others, and those of the vehicle itself where it is said how far it reaches, are moved far away.
         """
-        placed = self._placement
+        placed = self.placement
         x, y, z = (0.0, 0.0, 0.0) if placed is None else placed.shift
         low, high = self.gate.z or (-math.inf, math.inf)
         cloud = only_heights(points if placed is None else placed.placed(points), low + z, high + z)
