@@ -230,7 +230,7 @@ def _gated(module: ModuleType, frames: Sequence[Any], gate: Gate) -> float:
 _gate_passes = {kind: _over_a_drive(kind, "robust_min_x", _gated) for kind in ("recorded", "simulated")}
 TRACKED = [
     *(
-        _over_a_drive(kind, "CloudTracker.update", _followed, Goal(3, other=gated, label="the gate pass alone"))
+        _over_a_drive(kind, "CloudTracker.update", _followed, Goal(6, other=gated, label="the gate pass alone"))
         for kind, gated in _gate_passes.items()
     ),
     *_gate_passes.values(),

@@ -8,6 +8,7 @@ right to 0.01 m/s. That of the labelled tracks is the slope of a line through la
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -26,7 +27,10 @@ WARM = 5
 """The number of frames of each simulated drive that warm a tracker up."""
 SLOWEST = 0.3
 """The slowest closing speed that counts, m/s."""
-NINE_TENTHS = 1.645
+SLOPES = 10
+"""The number of newest slopes of labels from which a speed is foreseen."""
+MOST = 0.85
+"""The share of speeds that an interval has to hold at least."""
 
 
 class Frame(NamedTuple):
@@ -60,6 +64,7 @@ class Figures(NamedTuple):
 
 
 LEGEND = "No frame knows a later one. *In* is the share of frames with the truth in the 90 % interval."
+FORESEEN = f"How wide an interval of constant width must be to hold {100 * MOST:g} % of the labelled closing speeds."
 HEADER = ["drive", "frames", "median", "90 %", "largest", "TTC in", "speed in", "half-width, m/s", "speed 90 %, m/s"]
 
 
@@ -122,6 +127,40 @@ def on_distances(approaches: Iterable[tracking.Approach], method: Any = None) ->
                 yield Frame(seen, ttc, speed)
 
 
+def held(approach: tracking.Approach, rate: float) -> tracking.Approach:
+    """Return an approach whose sensor measures ``rate`` times a second, and says the newest distance in each row."""
+    newest, due, rows = np.nan, -np.inf, []
+    for stamp, measured in zip(approach.stamps, approach.measured, strict=True):
+        if stamp >= due and not np.isnan(measured):
+            newest, due = measured, stamp + 0.9 / rate
+        rows.append(newest)
+    return replace(approach, measured=np.array(rows))
+
+
+def foreseen(approaches: Sequence[tracking.Approach]) -> list[list[str]]:
+    """Return lines about what can be known of labelled speeds: how wide intervals must be that hold most of them."""
+    tracks = []
+    for approach in approaches:
+        slopes = -np.diff(approach.measured) / np.diff(approach.stamps)
+        newest = np.lib.stride_tricks.sliding_window_view(slopes, SLOPES)
+        truth = approach.closing_speed[SLOPES:]
+        known = ~np.isnan(truth) & ~np.isnan(newest).any(axis=1)
+        tracks.append((newest[known], truth[known]))
+
+    def errors(fitted: Iterable[int], judged: int) -> NDArray[np.float64]:
+        seen, truth = (np.concatenate([tracks[i][part] for i in fitted]) for part in (0, 1))
+        return np.asarray(tracks[judged][0] @ np.linalg.lstsq(seen, truth)[0] - tracks[judged][1])
+
+    every = range(len(tracks))
+    ways = {
+        "the newest slope": [seen[:, -1] - truth for seen, truth in tracks],
+        f"the best of {SLOPES} slopes, fitted to this truth": [errors(every, i) for i in every],
+        f"the best of {SLOPES} slopes, fitted to the other tracks": [errors(set(every) - {i}, i) for i in every],
+    }
+    widths = {way: np.quantile(np.abs(np.concatenate(parts)), MOST) for way, parts in ways.items()}
+    return [[way, f"{width:.2f}"] for way, width in widths.items()]
+
+
 def bound(run: Sequence[lidar.Frame]) -> float:
     """Return the Cramér-Rao bound of the closing speed over the frames of a window, m/s.
 
@@ -160,10 +199,14 @@ def reports(seeds: int) -> list[Report]:
     labelled = [approach for _, approach in tracking.labelled()]
     for method in (None, ttc_fast.KalmanCA(), ttc_fast.KalmanCV()) if labelled else ():
         rows.append(figures(on_distances(labelled, method)).row(f"labelled tracks, {method or 'default'}"))
+    for kind in tracking.KINDS:
+        rarely_measured = [held(each, 10.0) for each in tracking.simulated(kind, 2 * seeds, rate=50.0)]
+        rows.append(figures(on_distances(rarely_measured)).row(f"10 distances held in 50 rows a second, {kind}"))
     near = [each for each in (*lidar.STEADY, *lidar.STANDING) if each.distance <= 20]
     bounds = [[each.name, f"{over_bound(each, max(seeds // 8, 2)):.2f}"] for each in near]
     return [
         Report("Errors and intervals", LEGEND, HEADER, rows),
+        *([Report("Labelled tracks", FORESEEN, ["from", "half-width, m/s"], foreseen(labelled))] if labelled else []),
         Report(
             "Standing",
             "Cars that stand behind standing cars.",
