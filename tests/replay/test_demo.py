@@ -273,6 +273,12 @@ def test_error_codes_of_a_recorded_laser_are_no_obstacles(data: Path) -> None:
 
 def test_the_brake_of_a_tracker_that_warms_up_hides_no_cause() -> None:
     replay = played(sample("clouds"))
-    warming, caused = replay.summary.events
-    assert (warming.begin.reason, caused.begin.reason) == (Reason.NO_MOTION, Reason.CRITERION)
-    assert warming.end < caused.begin.stamp
+    (caused,) = replay.summary.events
+    assert replay.summary.start is not None
+    assert (replay.summary.start.begin.reason, caused.begin.reason) == (Reason.NO_MOTION, Reason.CRITERION)
+    assert replay.summary.start.end < caused.begin.stamp
+    assert replay.key_frame is not None
+    assert replay.key_frame[0] == caused.begin
+    said = texts(replay)
+    assert f"It brakes at {caused.begin.stamp:.2f} s" in said
+    assert "brakes at the start" in said

@@ -211,9 +211,10 @@ def test_a_gap_is_stale_and_braked_for(tmp_path: Path) -> None:
     path.write_text("stamp,distance\n" + "\n".join(f"{t},{20 + t}" for t in (*stamps, 2.3, 2.4)))
     log = Replay(path)
     assert [row.command for row in log][6:] == [Command.NONE] * 8 + [Command.BRAKE] * 2
-    assert (log.summary.stale, log.summary.brakes) == (1, 2)
+    assert (log.summary.stale, log.summary.brakes) == (1, 1)
+    assert log.summary.start is not None
     assert log.summary.longest_gap == pytest.approx(1.0)
-    assert [event.begin.reason for event in log.summary.events] == [Reason.NO_MOTION, Reason.STALE]
+    assert [event.begin.reason for event in log.summary.events] == [Reason.STALE]
     patient = Replay(path, Settings(Configuration(brake={"sensor_timeout": 2.0})))
     assert {row.command for row in list(patient)[6:]} == {Command.NONE}
     assert patient.summary.stale == 0
@@ -373,6 +374,60 @@ def test_events_are_from_the_first_to_the_last_row_that_brakes() -> None:
     assert (summary.brakes, summary.warnings) == (2, 1)
     told = [(event.begin.frame, event.frames, round(event.end, 1)) for event in summary.events]
     assert told == [(2, 2, 0.3), (5, 1, 0.5)]
+
+
+START = [Reason.NO_MOTION, Reason.WAITING]
+FOR_A_REASON = {Reason.CRITERION, Reason.HOLD, Reason.STANDSTILL, Reason.BLIND, Reason.STALE, *START}
+
+
+def came_to(*reasons: Reason) -> Summary:
+    """Summarize rows with these reasons, of which those of the start and blind ones are evaluated by nothing."""
+    summary = Summary("log", 1.5, 0.3)
+    for frame, reason in enumerate(reasons):
+        command = Command.BRAKE if reason in FOR_A_REASON else Command.NONE
+        each = row(frame, 5.0, command)._replace(reason=reason)
+        unseen = {Reason.BLIND: Status.NO_DATA, **dict.fromkeys(START, Status.WARMING_UP)}
+        if reason in unseen:
+            each = each._replace(criterion="", status=unseen[reason], closing_speed=math.nan, ttc=math.inf)
+        summary.add(each)
+    summary.end()
+    return summary
+
+
+def spans(summary: Summary) -> list[tuple[int, int]]:
+    return [(event.begin.frame, event.frames) for event in summary.events]
+
+
+@pytest.mark.parametrize("reason", START)
+def test_what_brakes_until_something_is_evaluated_is_no_brake_of_the_drive(reason: Reason) -> None:
+    warming = came_to(reason, reason, Reason.HOLD, Reason.CLEAR, Reason.CRITERION, Reason.HOLD)
+    assert warming.start is not None
+    assert (warming.brakes, spans(warming)) == (1, [(4, 2)])
+    assert (warming.start.begin.frame, warming.start.frames, warming.start.end) == (0, 3, pytest.approx(0.2))
+    assert str(warming.start) == f"frame 0, 0.000 to 0.200 s, 3 frames: {reason.name}"
+    again = Summary.of_json(warming.to_json())
+    assert repr((again.start, again.events)) == repr((warming.start, warming.events))
+
+
+@pytest.mark.parametrize("lost", [Reason.NO_MOTION, Reason.BLIND, Reason.STALE])
+def test_what_is_lost_later_in_the_drive_is_a_brake(lost: Reason) -> None:
+    assert spans(came_to(Reason.NO_MOTION, Reason.HOLD, Reason.CLEAR, lost, lost, Reason.CLEAR)) == [(3, 2)]
+    assert spans(came_to(Reason.NO_MOTION, Reason.HOLD, lost, Reason.HOLD, Reason.CLEAR)) == [(2, 2)]
+    assert spans(came_to(Reason.CLEAR, lost)) == [(1, 1)]
+
+
+def test_a_scanner_that_is_blind_from_the_start_and_a_drive_that_is_never_evaluated_are_brakes() -> None:
+    assert spans(came_to(Reason.BLIND, Reason.BLIND, Reason.CLEAR)) == [(0, 2)]
+    never = came_to(*[Reason.NO_MOTION] * 5)
+    assert (never.brakes, never.start, spans(never)) == (1, None, [(0, 5)])
+
+
+def test_frames_that_do_not_tell_what_comes_closer_are_all_counted() -> None:
+    replay = Replay(sample("clouds"))
+    unknown = [row.frame for row in replay if row.status is Status.WARMING_UP]
+    assert unknown == [0, 1, 4, 5]
+    summary = replay.summary
+    assert (summary.unknown, summary.with_known_ttc, summary.frames) == (4, 8, 12)
 
 
 def test_a_series_stays_small_and_keeps_what_matters() -> None:

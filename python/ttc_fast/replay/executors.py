@@ -92,7 +92,8 @@ class Processes(Executor):
         self._own = _Own()
         self._processes: dict[Any, Connection] = {}
         self._first = threading.Lock()
-        self._begun: bool | StartError = False
+        self._begun = False
+        self._refused = ""
         self._ended = False
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
@@ -126,13 +127,14 @@ class Processes(Executor):
 
     def _start(self) -> None:
         """Start a process, and wait until it has imported what it needs."""
-        if isinstance(self._begun, StartError):
-            raise self._begun
+        if self._refused:
+            raise StartError(self._refused)
         context = multiprocessing.get_context("spawn")
-        self._own.link, other = context.Pipe()
+        link, other = context.Pipe()
         _hold_interrupts()
-        self._own.process = context.Process(target=_serve, args=(other,), daemon=True)
-        self._own.process.start()
+        process = context.Process(target=_serve, args=(other,), daemon=True)
+        process.start()
+        self._own.process, self._own.link = process, link
         self._processes[self._own.process] = self._own.link
         other.close()  # so that a process that is gone is noticed
         if self._ended:
@@ -141,10 +143,10 @@ class Processes(Executor):
             self._own.link.recv()
         except (EOFError, OSError):
             code = self._lost()
-            if self._begun is True or code is None or code < 0:
+            if self._begun or code is None or code < 0:
                 raise WorkerLostError(_how_it_ended(code)) from None
-            self._begun = StartError(f"{_how_it_ended(code)} before it had begun: {GUARD}")
-            raise self._begun from None
+            self._refused = f"{_how_it_ended(code)} before it had begun: {GUARD}"
+            raise StartError(self._refused) from None
         self._begun = True
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:

@@ -191,7 +191,7 @@ def replay_many(
     >>> with ThreadPoolExecutor(2) as executor:
     ...     results = replay_many([sample("scans"), sample("clouds")], executor=executor)
     >>> [(each.summary.frames, each.summary.brakes, each.exit_code) for each in results]
-    [(129, 1, 0), (12, 2, 0)]
+    [(129, 1, 0), (12, 1, 0)]
     """
     settings = Settings() if settings is None else settings
     logs = found(paths)
@@ -270,8 +270,8 @@ class _Run:
             self._have(task, future.result())
         except CancelledError:  # its scheduler is gone, which is no fault of the log; the executor says when to end
             self._waiting.append(task)
-        except StartError:
-            raise
+        except StartError as error:
+            raise StartError(str(error)) from None
         except Exception as error:
             if task.attempt + 1 < ATTEMPTS:
                 self._waiting.append(replace(task, attempt=task.attempt + 1))

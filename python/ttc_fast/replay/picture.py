@@ -10,7 +10,7 @@ import numpy as np
 from ttc_fast.brake import Command
 from ttc_fast.plotting.birds_eye import draw_birds_eye
 from ttc_fast.plotting.history import History, draw_history
-from ttc_fast.plotting.style import ALARM, INK, legend_above, open_figure
+from ttc_fast.plotting.style import ALARM, INK, QUIET, legend_above, open_figure
 from ttc_fast.replay.key_frame import view_of
 from ttc_fast.replay.run import name_of
 from ttc_fast.replay.summary import is_isolated, known_ttc
@@ -123,8 +123,12 @@ def _mark_key_frame(axes: Axes, replay: Replay) -> None:
 
 
 def _mark_events(axes: Axes, replay: Replay) -> None:
-    """Tint the times at which it brakes."""
+    """Tint the times at which it brakes, red, and that of the start, grey."""
+    start, labelled = replay.summary.start, axes.get_ylabel().startswith("distance")
+    if start is not None:
+        label = "brakes at the start" if labelled else None
+        axes.axvspan(start.begin.stamp, start.end, color=QUIET, alpha=0.2, lw=0, label=label)
     for i, event in enumerate(replay.summary.events):
-        label = "brakes" if i == 0 and axes.get_ylabel().startswith("distance") else None
+        label = "brakes" if i == 0 and labelled else None
         axes.axvspan(event.begin.stamp, event.end, color=ALARM, alpha=0.1, lw=0, label=label)
         axes.axvline(event.begin.stamp, color=ALARM, lw=0.8, alpha=0.7)

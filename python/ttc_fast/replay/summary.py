@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 from ttc_fast.brake import Command, Reason
+from ttc_fast.replay.controller import STILL_BRAKING
 from ttc_fast.replay.row import Row, of_plain, plain
 from ttc_fast.status import Status
 
@@ -17,6 +18,13 @@ MOST_EVENTS = 1000
 UNSEEN = (Status.NO_DATA, Status.INVALID)
 UNKNOWN = (Status.WARMING_UP, Status.LOST, Status.STALE, *UNSEEN)
 CONTRADICTION = 2.0
+AT_START = (Reason.NO_MOTION, Reason.WAITING)
+"""The reasons for which it brakes until something can be evaluated."""
+
+
+def frames_of(count: int) -> str:
+    """Return a number of frames as a text."""
+    return "1 frame" if count == 1 else f"{count} frames"
 
 
 class Event(NamedTuple):
@@ -36,6 +44,13 @@ class Event(NamedTuple):
     end: float
     frames: int
 
+    def __str__(self) -> str:
+        begin = self.begin
+        by = f" by {begin.criterion}: {begin.value:.2f} < {begin.threshold:.3g}"
+        why = by if begin.reason is Reason.CRITERION and math.isfinite(begin.value) else ""
+        until = f"{begin.stamp:.3f} to {self.end:.3f} s, {frames_of(self.frames)}"
+        return f"frame {begin.frame}, {until}: {begin.reason.name}{why}"
+
 
 class Summary:
     """The summary of rows, which takes them as they come.
@@ -53,7 +68,7 @@ class Summary:
     ----------
     frames, with_known_ttc, brakes, warnings, invalid, unknown, isolated : int
         Numbers of rows: all; with a TTC, or with nothing that comes closer; events of braking; that warn; of blind and
-        ignored frames; without a closing speed; isolated ones.
+        ignored frames; of the others, those in which it is not known what comes closer; isolated ones.
     stale, resets : int
         Number of gaps between frames that are longer than the brake waits, and of times that the clock of the log was
         set back.
@@ -71,11 +86,14 @@ class Summary:
         The isolated row of least TTC.
     events : list of Event
         The first thousand events of braking.
+    start : Event or None
+        The braking from the start of the log until something could be evaluated, as while a tracker warms up or before
+        the first odometry comes (NO_MOTION, WAITING). It is none of ``brakes`` and ``events``, unless nothing is ever
+        evaluated.
     lost : str
         What could not be read; empty if all could.
     assumed : str
         What was assumed because neither the log nor the user says it; empty if nothing.
-
     odd : list of str
         What was odd about messages that were used all the same, a sentence for each kind.
 
@@ -108,11 +126,12 @@ class Summary:
         self.least: Row | None = None
         self.least_isolated: Row | None = None
         self.events: list[Event] = []
+        self.start: Event | None = None
         self.lost = self.assumed = ""
         self.odd: list[str] = []
         self._before: Row | None = None
         self._last: Row | None = None
-        self._brakes = self._saw_cause = self._has_key_frame = False
+        self._brakes = self._saw_cause = self._has_key_frame = self._evaluated = self._starts = False
 
     def __repr__(self) -> str:
         """Return the numbers: frames, least TTC, exposure, brakes, and what was lost."""
@@ -129,7 +148,7 @@ class Summary:
         key_frame = None if last is None else self._measure(before, last, row)
         if row.status in UNSEEN:
             self.invalid += 1
-        elif row.reason is Reason.NO_MOTION or not row.criterion:
+        elif math.isnan(known_ttc(row)) or row.reason is Reason.NO_MOTION or not row.criterion:
             self.unknown += 1
         self._follow(row)
         if row.reason is Reason.CRITERION and not self._has_key_frame:
@@ -139,6 +158,8 @@ class Summary:
 
     def end(self) -> Row | None:
         """Measure the last row: there are no more; return what ``add`` does."""
+        if self.start is not None and not self._evaluated:
+            self.events, self.brakes, self.start = [self.start, *self.events], self.brakes + 1, None
         before, last = self._before, self._last
         self._before = self._last = None
         return None if last is None else self._measure(before, last, None)
@@ -149,6 +170,7 @@ class Summary:
         for name in ("least", "least_isolated"):
             state[name] = state[name] and plain(state[name])
         state["events"] = [(plain(begin), end, frames) for begin, end, frames in self.events]
+        state["start"] = self.start and (plain(self.start.begin), *self.start[1:])
         return json.dumps(state)
 
     @classmethod
@@ -158,6 +180,7 @@ class Summary:
         for name in ("least", "least_isolated"):
             state[name] = state[name] and of_plain(state[name])
         state["events"] = [Event(of_plain(begin), end, frames) for begin, end, frames in state["events"]]
+        state["start"] = state["start"] and Event(of_plain(state["start"][0]), *state["start"][1:])
         vars(summary).update(state)
         return summary
 
@@ -189,6 +212,13 @@ class Summary:
         brakes = row.command is Command.BRAKE
         sees_cause = brakes and row.reason is Reason.CRITERION
         self.warnings += row.command is Command.WARN
+        self._evaluated = self._evaluated or bool(row.criterion)
+        waits = row.reason in AT_START and not self._evaluated
+        self._starts = brakes and (waits or (self._starts and row.reason in STILL_BRAKING))
+        if self._starts:
+            begin, _, frames = self.start or Event(row, row.stamp, 0)
+            self.start = Event(begin, row.stamp, frames + 1)
+            brakes = False
         if brakes and (not self._brakes or (sees_cause and not self._saw_cause)):
             self.brakes += 1
             self._saw_cause = False
@@ -203,8 +233,8 @@ class Summary:
     def pace(self) -> str:
         """The number of frames, in all and a second, as a text."""
         if not self.duration > 0.0:
-            return "1 frame" if self.frames == 1 else f"{self.frames} frames"
-        return f"{self.frames} frames in {self.duration:.1f} s, {(self.frames - 1) / self.duration:.3g} Hz"
+            return frames_of(self.frames)
+        return f"{frames_of(self.frames)} in {self.duration:.1f} s, {(self.frames - 1) / self.duration:.3g} Hz"
 
 
 def known_ttc(row: Row) -> float:

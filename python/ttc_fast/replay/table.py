@@ -35,7 +35,7 @@ LINE: dict[str, type] = {
     **dict.fromkeys(COUNTS, int),
     **dict.fromkeys(TIMES, float),
     **dict.fromkeys(("tet", "tit", "least_ttc"), float),
-    "least_frame": int,
+    **dict.fromkeys(("least_frame", "start_frames"), int),
     **dict.fromkeys(("least_stamp", "least_distance", "least_closing_speed", "first_brake"), float),
     "assumed": str,
 }
@@ -71,6 +71,7 @@ def line_of(result: Replayed | Summary) -> dict[str, Any]:
         "least_stamp": None if least is None else least.stamp,
         "least_distance": None if least is None else least.distance,
         "least_closing_speed": None if least is None else least.closing_speed,
+        "start_frames": 0 if summary.start is None else summary.start.frames,
         "first_brake": summary.events[0].begin.stamp if summary.events else None,
         "odd": summary.odd,
         "events": [

@@ -18,7 +18,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ttc_fast._settings import option
-from ttc_fast.brake import Command, Reason
+from ttc_fast.brake import Command
+from ttc_fast.replay.summary import frames_of
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from ttc_fast.replay.many import Progress
     from ttc_fast.replay.row import Row
     from ttc_fast.replay.run import Replay
-    from ttc_fast.replay.summary import Event, Summary
+    from ttc_fast.replay.summary import Summary
 
 PIPE_WIDTH = 120
 """Columns where output goes into a pipe, which has no width."""
@@ -66,11 +67,6 @@ def line(console: Console, name: str, text: str) -> None:
 def number(value: float, digits: int) -> str:
     """Return a number as a text, or a dash where it is not known."""
     return "-" if math.isnan(value) else f"{value:.{digits}f}"
-
-
-def frames(count: int) -> str:
-    """Return a number of frames as a text."""
-    return "1 frame" if count == 1 else f"{count} frames"
 
 
 def times(count: int) -> str:
@@ -183,21 +179,23 @@ def _found(summary: Summary) -> Iterator[tuple[str, str]]:
     if isolated is not None:
         yield (
             "isolated",
-            f"{frames(summary.isolated)} that both neighbours contradict, such as {_when(isolated)}; left out here",
+            f"{frames_of(summary.isolated)} that both neighbours contradict, such as {_when(isolated)}; left out here",
         )
     below = f"at most {summary.threshold:g} s for {summary.exposed:.2f} s (TET) of {summary.judged:.2f} s judged"
     yield "exposure", f"{below}, integrated {summary.integrated:.2f} s\N{SUPERSCRIPT TWO} (TIT)"
-    warns = f", and warns in {frames(summary.warnings)}" if summary.warnings else ""
+    warns = f", and warns in {frames_of(summary.warnings)}" if summary.warnings else ""
     yield "brakes", times(summary.brakes) + warns
     for event in summary.events[:MOST_EVENTS]:
-        yield "", _why(event)
+        yield "", str(event)
     if summary.brakes > MOST_EVENTS:
         yield "", f"and {summary.brakes - MOST_EVENTS} more"
+    if summary.start is not None:
+        yield "start", f"{summary.start}, before anything could be evaluated; it counts as no brake"
     if summary.invalid:
-        yield "invalid", f"{frames(summary.invalid)} with nothing valid, or with a stamp that is not newer"
+        yield "invalid", f"{frames_of(summary.invalid)} with nothing valid, or with a stamp that is not newer"
     if summary.unknown:
         why = f"odometry is missing ({option('speed')} gives one), or a tracker warms up"
-        yield "unknown", f"in {frames(summary.unknown)} the closing speed is unknown: {why}"
+        yield "unknown", f"in {frames_of(summary.unknown)} it is not known what comes closer: {why}"
     if summary.stale:
         gap = f"no frame came for longer than the brake waits, at most for {summary.longest_gap:.3g} s"
         yield "stale", f"{times(summary.stale)} {gap}; {option('sensor_timeout')} says how long it waits"
@@ -211,15 +209,6 @@ def _found(summary: Summary) -> Iterator[tuple[str, str]]:
 
 def _when(row: Row) -> str:
     return f"{row.ttc:.3f} s in frame {row.frame} at {row.stamp:.3f} s"
-
-
-def _why(event: Event) -> str:
-    """Return from when to when the brake acts, and why it began."""
-    begin = event.begin
-    by = f" by {begin.criterion}: {begin.value:.2f} < {begin.threshold:.3g}"
-    why = by if begin.reason is Reason.CRITERION and math.isfinite(begin.value) else ""
-    until = f"{begin.stamp:.3f} to {event.end:.3f} s, {frames(event.frames)}"
-    return f"frame {begin.frame}, {until}: {begin.reason.name}{why}"
 
 
 @contextmanager
@@ -256,7 +245,7 @@ def how_far(progress: Progress) -> str:
     >>> how_far(Progress(logs=30, total=90, skipped=30, frames=0, failures=0, seconds=2.0))
     '30 of 90 logs, 0 frames, 0 logs/s, 30 done before'
     """
-    said = [f"{progress.logs} of {progress.total} logs", frames(progress.frames), f"{progress.rate:.3g} logs/s"]
+    said = [f"{progress.logs} of {progress.total} logs", frames_of(progress.frames), f"{progress.rate:.3g} logs/s"]
     if not math.isnan(progress.left):
         said.append(f"{timedelta(seconds=round(progress.left))} left")
     if progress.failures:
@@ -273,7 +262,8 @@ def print_summaries(summaries: list[Summary], console: Console) -> None:
     for each in summaries:
         least = "-" if each.least is None else f"{each.least.ttc:.3f}"
         first = f"{each.events[0].begin.stamp:.2f}" if each.events else "-"
-        numbers = (str(each.frames), least, f"{each.exposed:.2f}", f"{each.integrated:.2f}", str(each.brakes), first)
+        brakes = f"{each.brakes}{' +1 start' if each.start else ''}"
+        numbers = (str(each.frames), least, f"{each.exposed:.2f}", f"{each.integrated:.2f}", brakes, first)
         lost = Text("  lost" if each.lost else "", style="bold magenta")
         table.add_row(*numbers, str(each.invalid), str(each.stale), Text(each.path) + lost)
     console.print(table)
