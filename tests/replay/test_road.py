@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.bags import Cloud, write
+from tests.support.log_files import pcd_folder
 from ttc_fast.cli import main
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import CloudFrame, open_log
@@ -24,18 +25,8 @@ def sampled() -> list[NDArray[Any]]:
     return [frame.points[:, :3].copy() for frame in open_log(sample("clouds")) if isinstance(frame, CloudFrame)]
 
 
-def pcd(folder: Path, clouds: list[NDArray[Any]]) -> Path:
-    """Write clouds as a folder of PCD files, which say no height."""
-    folder.mkdir()
-    for number, points in enumerate(clouds):
-        size = f"WIDTH {len(points)}\nHEIGHT 1\nPOINTS {len(points)}\nDATA binary\n"
-        head = f"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n{size}"
-        (folder / f"{number:04d}.pcd").write_bytes(head.encode() + points.astype("<f4").tobytes())
-    return folder
-
-
 def test_the_height_is_found_and_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = pcd(tmp_path / "clouds", sampled())
+    folder = pcd_folder(tmp_path / "clouds", sampled())
     assert main(["replay", str(folder), "--rows", "1"]) == 0
     out = capsys.readouterr().out
     assert "road        1.73 m below the lidar (within 0.00 m), slope +0.0%, in 5 of the first 5 clouds" in out
@@ -46,7 +37,7 @@ def test_the_height_is_found_and_printed(tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_it_replays_as_with_the_true_height(tmp_path: Path) -> None:
-    folder = pcd(tmp_path / "clouds", sampled())
+    folder = pcd_folder(tmp_path / "clouds", sampled())
     found, told = Replay(folder), Replay(folder, Settings(log_options={"sensor_height": 1.73}))
     assert found.pipeline.lidar.sensor_height == pytest.approx(1.73, abs=0.01)
     assert [row.distance for row in found] == pytest.approx([row.distance for row in told], abs=0.02, nan_ok=True)
@@ -56,7 +47,7 @@ def test_it_replays_as_with_the_true_height(tmp_path: Path) -> None:
 @pytest.mark.parametrize("height", [0.3, 1.0, 2.4, 3.0])
 def test_lidars_of_other_heights(height: float, tmp_path: Path) -> None:
     raised = [points + np.array([0.0, 0.0, 1.73 - height], points.dtype) for points in sampled()[:5]]
-    replay = Replay(pcd(tmp_path / "clouds", raised))
+    replay = Replay(pcd_folder(tmp_path / "clouds", raised))
     assert replay.pipeline.lidar.sensor_height == pytest.approx(height, abs=0.02)
 
 
@@ -90,7 +81,7 @@ def tilted(slope: float) -> list[NDArray[Any]]:
 def test_what_cannot_be_found_is_asked(
     clouds: list[NDArray[Any]], why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = pcd(tmp_path / "clouds", clouds)
+    folder = pcd_folder(tmp_path / "clouds", clouds)
     with pytest.raises(ConfigurationError, match=f"{why}.*say it with the option sensor_height"):
         Replay(folder)
     assert main(["replay", str(folder)]) == 2

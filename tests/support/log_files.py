@@ -1,8 +1,16 @@
 """Small logs of every format that is no bag, by the names of their files."""
 
+from __future__ import annotations
+
 import gzip
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
 
 CARMEN = b"# a comment\nPARAM robot_width 0.5\n" + b"".join(
     b"ODOM %f 0 0 0 0 0 %f host %f\nFLASER 5 1 2 81.91 2 1 %f 0 0 0 0 0 %f host %f\n"
@@ -33,3 +41,13 @@ FILES = {
     "a.bin.gz": gzip.compress(ROWS.tobytes()),
     "a.pcd.bin": ROWS.tobytes(),
 }
+
+
+def pcd_folder(folder: Path, clouds: list[NDArray[Any]]) -> Path:
+    """Write clouds as a folder of PCD files, which say no height."""
+    folder.mkdir()
+    for number, points in enumerate(clouds):
+        size = f"WIDTH {len(points)}\nHEIGHT 1\nPOINTS {len(points)}\nDATA binary\n"
+        head = f"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n{size}"
+        (folder / f"{number:04d}.pcd").write_bytes(head.encode() + points.astype("<f4").tobytes())
+    return folder

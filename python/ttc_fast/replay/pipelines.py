@@ -19,8 +19,9 @@ from ttc_fast._settings import option
 from ttc_fast.brake import Estimate, EstimateThreshold, Motion, RssDistance
 from ttc_fast.brake.types import Needs
 from ttc_fast.configuration import ConfigurationError
-from ttc_fast.logs.log import REP_103
+from ttc_fast.logs.log import REP_103, forward_left_up
 from ttc_fast.replay.controller import ReplayController, motion_of
+from ttc_fast.replay.own_points import FRAMES, OwnPoints
 from ttc_fast.replay.road import find_road
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.settings import GATE_OPTIONS, SCANNER
@@ -169,13 +170,15 @@ class Clouds:
             lidar, road = find_road(log, settings)
         self.lidar = with_bumper(lidar, self.outline, self.mount)
         self.gate = settings.gate_of(self.lidar)
-        self.about = about_clouds(self.gate, self.lidar.front_offset)
+        self._about = about_clouds(self.gate, self.lidar.front_offset)
+        height = self.lidar.sensor_height
+        self._own_points = None if height is None else OwnPoints(height)
         if road:
-            self.about.insert(0, ("road", road))
+            self._about.insert(0, ("road", road))
         mounted = getattr(log, "mounted", "")
         if mounted and "mount" not in scanner:
             x, y, yaw = self.mount
-            self.about.insert(0, ("lidar", f"at x {x:g} m, y {y:g} m, yaw {yaw:g} rad, {mounted}"))
+            self._about.insert(0, ("lidar", f"at x {x:g} m, y {y:g} m, yaw {yaw:g} rad, {mounted}"))
         assumes = self.lidar.vehicle_reach is None and not settings.says_where_gate_begins
         reach = assumed_reach(self.lidar) if assumes else ""
         height = "" if settings.says_heights else assumed_height(log)
@@ -224,6 +227,8 @@ class Clouds:
         stamp, points = frame.stamp, self._turned(frame.points)
         if self.controller.reset_if_set_back(stamp):
             self._begin_tracking()
+        if self._own_points is not None and self._own_points.frames < FRAMES:
+            self._own_points.add(forward_left_up(points, self.gate.axes))
         tracked, gate = self._tracker.update(points, stamp), self.gate
         if self._near is not None and self._within is not None:
             near = self._near.update(points, stamp)
@@ -242,6 +247,12 @@ class Clouds:
         nearest = max(plain.nearest_x - self.lidar.front_offset, 0.0)
         row = tracked_row(number, stamp, tracked, frame.speed, decision)
         return row._replace(valid=plain.candidates, nearest=nearest)
+
+    @property
+    def about(self) -> list[tuple[str, str]]:
+        """What the numbers rest on, a line each."""
+        own = "" if self._own_points is None else self._own_points.text(self.gate)
+        return [*self._about, *([("own points", own)] if own else [])]
 
     @property
     def odd(self) -> list[str]:
