@@ -14,9 +14,9 @@ MATURIN := $(shell sed -n 's/^requires = \["\(.*\)"\]/\1/p' pyproject.toml)
 # What is tested of a wheel where few packages have wheels.
 KERNEL_TESTS := tests/contract tests/parity tests/layouts tests/package/test_threads.py
 
-TARGETS := help test demo docs bench bench-check instructions fuzz memcheck lint fleet ros1 ros2 wheel wheel-aarch64 wheel-musl \
+TARGETS := help test test-all demo docs bench bench-check instructions fuzz memcheck lint fleet ros1 ros2 wheel wheel-aarch64 wheel-musl \
 	wheel-free-threaded release-check crate workflows clean
-.PHONY: $(TARGETS)
+.PHONY: $(TARGETS) rust-and-python-tests
 .NOTPARALLEL:
 MAKEFLAGS += --no-builtin-rules
 
@@ -27,13 +27,19 @@ need = @$(1) >/dev/null 2>&1 || { echo "$(strip $(2))" >&2; exit 1; }
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-20s %s\n", $$1, $$2 }' Makefile
 
-test: $(VENV)/.has-test ## run the tests, Rust and Python
+test: CHOSEN := -m "not slow"
+test: rust-and-python-tests ## run the tests, Rust and Python, but for the slow ones, with a quarter of the random inputs
+
+test-all: export TTC_FAST_EXAMPLES := 1
+test-all: rust-and-python-tests ## run all tests: each level of instructions, more recordings and processes, rclpy after make ros2
+	@[ ! -e $(ROS2)/.has-rclpy ] || { \
+		echo "==> Python tests of the node of rclpy"; $(ROS2)/bin/pytest tests/ros tests/replay/test_sensors.py -k rclpy; }
+
+rust-and-python-tests: $(VENV)/.has-test
 	$(call say,Rust tests)
 	cargo test --quiet --package ttc-fast-core --locked
 	$(call say,Python tests)
-	$(BIN)/pytest --numprocesses auto
-	@[ ! -e $(ROS2)/.has-rclpy ] || { \
-		echo "==> Python tests of the node of rclpy"; $(ROS2)/bin/pytest tests/ros tests/replay/test_sensors.py -k rclpy; }
+	$(BIN)/pytest --numprocesses auto $(CHOSEN)
 
 demo: $(VENV)/.has-demo ## replay the simulated samples, or a log, through the brake: make demo LOG=path
 	$(call say,replaying $(or $(LOG),the two simulated logs that the package ships); pictures go into demo-out)

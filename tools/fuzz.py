@@ -78,6 +78,7 @@ def main() -> int:
             environment = os.environ | {
                 "TTC_FAST_SEED": str(seed),
                 "TTC_FAST_LIVES": str(LIVES),
+                "TTC_FAST_EXAMPLES": "1",
                 "TTC_FAST_CORPUS": str(ROOT / "tests" / "logs" / "corpus"),
             }
             command = [sys.executable, __file__, "0", "--seed", str(seed), "--report", str(report)]

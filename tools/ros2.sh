@@ -16,7 +16,7 @@ packages=(
     exit 1
 }
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
-"$venv/bin/python" -m pip install --quiet "${packages[@]}"
+"$venv/bin/python" -m pip install --quiet --no-compile "${packages[@]}"
 site="$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"
 printf '%s\n' "$PWD/python" "$PWD/tests/support/ros2_messages" > "$site/ttc_fast.pth"
 "$venv/bin/python" -c 'import rclpy, ttc_fast, ackermann_msgs.msg, tf2_msgs.msg' || {

@@ -100,9 +100,9 @@ def test_values_of_another_kind_end_in_a_configuration_error(name: str, tmp_path
         ("car.yaml", LAUGHS, "it has 90 aliases, more than 16: write out what they stand for"),
         ("car.yaml", MERGES, "it has 90 aliases"),
         ("car.yaml", "hold: " + "9" * 2_000_000, "has more than 1 MB, which are no settings"),
-        ("car.toml", "hold = " + "9" * 900_000, "is not TOML"),
-        ("car.toml", f"criteria = [{'1, ' * 200_000}]", "kind must be one of"),
-        ("car.toml", f"outline = [{'1, ' * 200_000}]", r"outline must be 4 numbers .*, got \[1, 1, .*\.\.\.\]$"),
+        ("car.toml", "hold = " + "9" * 90_000, "is not TOML"),
+        ("car.toml", f"criteria = [{'1, ' * 20_000}]", "kind must be one of"),
+        ("car.toml", f"outline = [{'1, ' * 20_000}]", r"outline must be 4 numbers .*, got \[1, 1, .*\.\.\.\]$"),
         ("car.toml", f"scan = '{'x' * 900_000}'", r"scan must be a table of settings, got 'xxx.*\.\.\..*xxx'$"),
     ],
 )

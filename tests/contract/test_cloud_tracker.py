@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
 from evaluation.lidar import CHANGING, GATE, STEADY, Approach, Pose, Scanner, turn
 from tests.support.cloud_layouts import LAYOUTS
-from tests.support.common import both_dtypes, every_module
+from tests.support.common import both_dtypes, every_module, examples
 from ttc_fast import Alignment, Gate, Status, reference
 
 if TYPE_CHECKING:
@@ -94,7 +93,7 @@ def test_layouts_dtypes_and_gates(layout: str, dtype: Any, gate: Gate) -> None:
     assert_parity(swapped, (np.arange(8) / 10).tolist(), gate=gate, method=Alignment((0.3, 0.1), depth=0.5, window=0.4))
 
 
-@hypothesis_settings(max_examples=60, deadline=None)
+@examples(60)
 @given(
     seed=st.integers(0, 1000),
     points=st.lists(st.integers(0, 60), min_size=1, max_size=20),

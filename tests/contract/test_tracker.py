@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
-from tests.support.common import every_module
+from tests.support.common import every_module, examples
 from tests.support.distance_histories import METHODS, history
 from ttc_fast import DistanceTracker, Status
 
@@ -228,7 +227,7 @@ def test_a_state_that_is_none() -> None:
     assert repr(other.state()) == repr(DistanceTracker().state()), "what is refused changes nothing"
 
 
-@hypothesis_settings(max_examples=100, deadline=None)
+@examples(100)
 @given(seed=st.integers(0, 2**31), method=st.sampled_from(METHODS), spoiled=st.integers(0, 300))
 def test_no_state_makes_a_wrong_answer(seed: int, method: Any, spoiled: int) -> None:
     """Whatever numbers are restored, an answer is one that a TTC may be."""
@@ -257,7 +256,7 @@ def allowed(result: Any) -> None:
         assert 0 <= low <= result.ttc <= high
 
 
-@hypothesis_settings(max_examples=200, deadline=None)
+@examples(200)
 @given(
     method=st.sampled_from(METHODS),
     noise=st.sampled_from([None, 1e-6, 0.03, 1e6]),
@@ -278,7 +277,7 @@ def test_no_history_makes_a_wrong_answer(method: Any, noise: Any, frames: list[A
         allowed(tracker.update(distance, stamp, own))
 
 
-@hypothesis_settings(max_examples=60, deadline=None)
+@examples(60)
 @given(seed=st.integers(0, 2**31), which=st.integers(0, 6), power=st.integers(-8, 8))
 def test_units_do_not_matter(seed: int, which: int, power: int) -> None:
     """Metres or eighths of a metre: the same times, and speeds in the same unit."""
@@ -305,7 +304,7 @@ def test_units_do_not_matter(seed: int, which: int, power: int) -> None:
         np.testing.assert_array_equal([one.distance * c, one.closing_speed * c], [other.distance, other.closing_speed])
 
 
-@hypothesis_settings(max_examples=60, deadline=None)
+@examples(60)
 @given(seed=st.integers(0, 2**31), method=st.sampled_from(METHODS), shift=st.sampled_from([-8.0, 1024.0, 2.0**30]))
 def test_the_year_does_not_matter(seed: int, method: Any, shift: float) -> None:
     """Stamps that are multiples of 1/64 s lose nothing when moved: bit for bit the same answers."""

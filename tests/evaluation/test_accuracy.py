@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from evaluation.accuracy import Score
     from evaluation.lidar import Approach, Frame
 
+pytestmark = pytest.mark.slow
+
 COMPARED = ["k-th smallest, 10", "5 % quantile", "20 % quantile", "median"]
 """The best of them on either; the table has all."""
 

@@ -45,6 +45,8 @@ from evaluation.closed_loop.simulator import (
 )
 from ttc_fast import BrakeController, Command, IttcThreshold, SweptPathThreshold
 
+pytestmark = pytest.mark.slow
+
 SEED, RUNS = 3, 4 * len(KINDS)
 SETTINGS: dict[str, dict[str, Any]] = {
     "default": {},

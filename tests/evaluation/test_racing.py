@@ -16,6 +16,8 @@ from evaluation.racing.course import RACING_LATERAL, Course, course, evenly, nam
 from evaluation.racing.drives import lap_drive, random_drive  # noqa: E402
 from ttc_fast import BrakeController, PresentArc, ScanTTC, StoppingDistance  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 COURSES = names()
 AT_RANDOM = "random 50"
 with_maps = pytest.mark.skipif(not COURSES, reason="the maps are not here: TTC_FAST_DATA says where they are")

@@ -7,7 +7,7 @@ import ctypes
 import math
 import sys
 import warnings
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,6 +35,7 @@ ROWS = 5
 LARGE = 1 << 20
 
 
+@cache
 def make_scan(beams: int) -> ttc_fast.ScanTTC:
     return ttc_fast.ScanTTC(-2.0, 4.0 / beams, beams, range_min=0.06, range_max=30.0, limits=(0.0, 25.0), outline=CAR)
 

@@ -50,6 +50,7 @@ def test_a_bag_cut_short_gives_what_is_left(
         assert len(frames) > SCANS * (size - CHUNK[kind.partition(".")[0]]) / len(content) - 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_flipped_bytes_are_survived(kind: str, tmp_path: Path) -> None:
     items = drive(60, 128)
@@ -136,6 +137,7 @@ def test_losses_are_counted_not_listed(tmp_path: Path) -> None:
     assert len(said) - len(str(path)) < 600
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_memory_does_not_grow_with_the_log(kind: str, tmp_path: Path) -> None:
     def peak(scans: int) -> int:

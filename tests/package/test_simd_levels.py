@@ -8,18 +8,18 @@ from pathlib import Path
 import pytest
 
 import ttc_fast
-from tests.support.common import LEVELS
+from tests.support.common import LEVELS, LOWER
 
-LOWER = LEVELS[: LEVELS.index(ttc_fast.SIMD_LEVEL)]
 PARITY = sorted(Path(__file__).parents[1].joinpath("parity").glob("test_*.py"))
 
 
 def run(level: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    environment = os.environ | {"TTC_FAST_SIMD": level}
+    environment = os.environ | {"TTC_FAST_SIMD": level, "TTC_FAST_EXAMPLES": "0.25"}
     command = [sys.executable, *arguments]
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not LOWER, reason="this processor, or TTC_FAST_SIMD, has the baseline only")
 @pytest.mark.parametrize("level", LOWER)
 def test_parity_at_lower_levels(level: str) -> None:

@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
 from tests.support import camera_strategies
 from tests.support.camera_strategies import WORLDS, MatchCase, matches
+from tests.support.common import examples
 from ttc_fast import MedianRatio, reference
 
 NAMES = [field.name for field in fields(reference.KeypointTTC)]
 SUMMED = ("ttc", "scale", "spread", "ttc_interval")
 DT = 0.1
 
-few_examples = hypothesis_settings(max_examples=100, deadline=None)
-many_examples = hypothesis_settings(max_examples=500, deadline=None)
+few_examples = examples(100)
+many_examples = examples(500)
 
 
 def same(one: float, other: float, rel_tol: float, abs_tol: float = 0.0) -> bool:

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from hypothesis import assume, given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
 from tests.support import cloud_strategies, strategies
 from tests.support.cloud_layouts import IN_COLUMNS, LAYOUTS
-from tests.support.common import both_dtypes
+from tests.support.common import both_dtypes, examples
 from ttc_fast import Detection, Gate, reference
 
 if TYPE_CHECKING:
@@ -29,8 +28,8 @@ if TYPE_CHECKING:
 MIN_X = [field.name for field in fields(reference.MinX)]
 CLOUD_TTC = [field.name for field in fields(reference.CloudTTC) if field.name not in ("previous", "current")]
 
-few_examples = hypothesis_settings(max_examples=100, deadline=None)
-many_examples = hypothesis_settings(max_examples=500, deadline=None)
+few_examples = examples(100)
+many_examples = examples(500)
 
 
 def said(result: Any, names: list[str]) -> dict[str, Any]:

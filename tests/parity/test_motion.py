@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import example, given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
+from tests.support.common import examples
 from ttc_fast import reference
 
 SIGNED = [0.0, -0.0, 1e-300, -1e-300, 1e-30, 0.1, -0.1, 1.0, -1.0, 10.0, -7.5, 1e30, np.inf, -np.inf, np.nan]
@@ -31,7 +31,7 @@ def values(seed: int, count: int, dtype: type) -> np.ndarray:
     return out.astype(dtype)
 
 
-@hypothesis_settings(max_examples=200, deadline=None)
+@examples(200)
 @given(
     name=st.sampled_from(list(NAMES)),
     seed=st.integers(0, 2**31),
@@ -54,7 +54,7 @@ def test_arrays(name: str, seed: int, count: int, dtype: type) -> None:
         assert (kernel >= 0).all()
 
 
-@hypothesis_settings(max_examples=100, deadline=None)
+@examples(100)
 @given(seed=st.integers(0, 2**31), dtype=st.sampled_from([np.float32, np.float64]))
 def test_rss(seed: int, dtype: type) -> None:
     speeds = [values(seed + i, 40, dtype) for i in range(2)]

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
 from tests.support import path_oracle, strategies
 from tests.support.cloud_layouts import LAYOUTS
-from tests.support.common import CAR
+from tests.support.common import CAR, examples
 from ttc_fast import reference
 
 if TYPE_CHECKING:
@@ -27,8 +26,8 @@ COUNTS = [field.name for field in fields(reference.Counts)]
 NEAREST = [field.name for field in fields(reference.Nearest) if field.name != "counts"]
 POINT = [field.name for field in fields(reference.NearestPoint) if field.name != "counts"]
 
-few_examples = hypothesis_settings(max_examples=100, deadline=None)
-many_examples = hypothesis_settings(max_examples=400, deadline=None)
+few_examples = examples(100)
+many_examples = examples(400)
 
 outlines = st.sampled_from([*path_oracle.OUTLINES, (-1e-9, 1e-9, -1e-9, 1e-9), (1e5, 1e5 + 3, -1, 1)])
 horizons = st.sampled_from([5.0, 5.0, 0.3, 60.0, 1e6, 1e-6])

@@ -6,16 +6,15 @@ from typing import Any
 
 import numpy as np
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
 from tests.support import strategies
-from tests.support.common import CAR
+from tests.support.common import CAR, examples
 from tests.support.planned_paths import random_path
 from ttc_fast import reference
 
-examples = hypothesis_settings(max_examples=150, deadline=None)
+many_examples = examples(150)
 
 
 def facts(nearest: Any) -> dict[str, Any]:
@@ -45,7 +44,7 @@ def assert_same(kernel: Any, specified: Any) -> None:
     np.testing.assert_array_equal(kernel[3], specified[3])
 
 
-@examples
+@many_examples
 @given(strategies.seeds, st.sampled_from([np.float32, np.float64]), st.sampled_from([5.0, 0.4, 60.0]))
 def test_clouds(seed: int, dtype: Any, horizon: float) -> None:
     rng = np.random.default_rng(seed)
@@ -60,7 +59,7 @@ def test_clouds(seed: int, dtype: Any, horizon: float) -> None:
     assert_same(*said)
 
 
-@examples
+@many_examples
 @given(strategies.seeds, strategies.cases())
 def test_scans(seed: int, case: strategies.Case) -> None:
     """Of every scanner, with votes, masks, limits and readings of any kind."""

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 
 import ttc_fast
-from tests.support.common import both_dtypes
+from tests.support.common import both_dtypes, examples
 from tests.support.range_rate_streams import Stream, assert_parity, assert_same_answer, simulated, streams, trackers
 from ttc_fast import KthSmallest
 
 
-@hypothesis_settings(max_examples=300, deadline=None)
+@examples(300)
 @given(streams())
 def test_streams(stream: Stream) -> None:
     assert_parity(stream)
@@ -47,7 +46,7 @@ def test_a_long_stream_of_a_fast_scanner(dtype: Any, yaw_rate: float) -> None:
     assert_parity(Stream(scanner, {}, scans, times, np.full(120, yaw_rate)))
 
 
-@hypothesis_settings(max_examples=40, deadline=None)
+@examples(40)
 @given(streams())
 def test_a_saved_state_goes_on_as_if_never_saved(stream: Stream) -> None:
     kernel, specified = trackers(stream)

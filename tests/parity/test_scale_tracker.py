@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
+from tests.support.common import examples
 from ttc_fast import reference
 
 NUMBERS = ["ttc", "ttc_interval", "distance", "closing_speed", "closing_speed_interval", "age"]
@@ -24,7 +24,7 @@ def alike(kernel: Any, specified: Any) -> bool:
     return math.isclose(kernel, specified, rel_tol=1e-6, abs_tol=1e-6) or (math.isnan(kernel) and math.isnan(specified))
 
 
-@hypothesis_settings(max_examples=100, deadline=None)
+@examples(100)
 @given(seed=st.integers(0, 2**31), lidar=st.sampled_from(["none", "late", "always", "jumps"]), moves=st.booleans())
 def test_histories(seed: int, lidar: str, moves: bool) -> None:
     random = np.random.default_rng(seed)

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
 from tests.support import strategies
-from tests.support.common import CAR, both_dtypes
+from tests.support.common import CAR, both_dtypes, examples
 from tests.support.strategies import Case
 from ttc_fast import reference
 
@@ -27,8 +26,8 @@ if TYPE_CHECKING:
 COUNTS = [field.name for field in fields(reference.Counts)]
 NEAREST = [field.name for field in fields(reference.Nearest) if field.name != "counts"]
 
-few_examples = hypothesis_settings(max_examples=60, deadline=None)
-many_examples = hypothesis_settings(max_examples=400, deadline=None)
+few_examples = examples(60)
+many_examples = examples(400)
 
 
 def both(settings: dict[str, Any]) -> tuple[Any, Any]:

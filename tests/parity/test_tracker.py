@@ -6,10 +6,10 @@ import math
 from typing import Any
 
 from hypothesis import given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 import ttc_fast
+from tests.support.common import examples
 from tests.support.distance_histories import METHODS, history
 from ttc_fast import reference
 
@@ -26,7 +26,7 @@ def alike(kernel: Any, specified: Any) -> bool:
     return math.isclose(kernel, specified, rel_tol=1e-7, abs_tol=1e-7)
 
 
-@hypothesis_settings(max_examples=150, deadline=None)
+@examples(150)
 @given(
     seed=st.integers(0, 2**31),
     method=st.sampled_from(METHODS),

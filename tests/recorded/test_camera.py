@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+pytestmark = pytest.mark.slow
+
 ESTIMATORS: list[Any] = [MedianRatio(), TrimmedMeanRatio(0.25), LeastSquares(), Consensus()]
 
 

@@ -13,6 +13,8 @@ from ttc_fast import Command, Status
 from ttc_fast.cli import main
 from ttc_fast.replay import Replay, Settings
 
+pytestmark = pytest.mark.slow
+
 DONE, USAGE, UNREADABLE = 0, 2, 3
 
 

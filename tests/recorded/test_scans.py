@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+pytestmark = pytest.mark.slow
+
 CAR = (-0.25, 0.3, -0.2, 0.2)
 
 

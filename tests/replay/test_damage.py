@@ -61,6 +61,7 @@ def test_a_bag_cut_at_every_tenth(kind: str, tmp_path: Path, capsys: pytest.Capt
     assert most > SCANS / 3 or kind.startswith(("db3", "mcap"))  # those have one chunk, or the index first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_bag_with_flipped_bytes(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out = write(tmp_path, kind, drive(SCANS, 64)), tmp_path / "rows.csv"
@@ -74,6 +75,7 @@ def test_a_bag_with_flipped_bytes(kind: str, tmp_path: Path, capsys: pytest.Capt
     assert codes & {UNREADABLE, PARTIAL}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_other_files_cut_and_flipped(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out, options = tmp_path / name, tmp_path / "rows.csv", OPTIONS.get(name, [])

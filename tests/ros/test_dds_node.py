@@ -150,6 +150,7 @@ def test_watchdog_acts_when_sensors_die_and_lets_go_when_they_live_again(
     driver.drive_until(all_is_well, scan(FAR), odometry(4.0))
 
 
+@pytest.mark.slow
 def test_sensors_may_be_started_again_and_so_may_the_node(start: Callable[..., NodeProcess], domain: int) -> None:
     node = start(**SILENT)
     for _ in range(2):
@@ -190,6 +191,7 @@ def test_damaged_messages_are_counted_in_the_diagnostics(
     assert node.process.poll() is None
 
 
+@pytest.mark.slow
 def test_a_listener_that_is_stuck_holds_nobody_up(
     start: Callable[..., NodeProcess], driver: Driver, domain: int
 ) -> None:
@@ -230,6 +232,7 @@ def test_it_ends_when_told_to(start: Callable[..., NodeProcess], driver: Driver)
     assert node.close() == 0
 
 
+@pytest.mark.slow
 def test_memory_stays_flat_and_nothing_is_lost(start: Callable[..., NodeProcess], driver: Driver) -> None:
     node = start(**SILENT, diagnostics_period=0.1)
     go(driver)

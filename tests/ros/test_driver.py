@@ -21,6 +21,8 @@ from tests.support.ros1_graph import MISSING, Ros1Graph
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 CAR_AND_DRIVER = ROOT / "tests" / "support" / "driven_car.py"
 SETTINGS = f"outline = {list(CAR)}\nmotion_timeout = 1.0\nsensor_timeout = 1.0\n"

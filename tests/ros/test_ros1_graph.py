@@ -61,6 +61,7 @@ def test_a_thousand_scans(graph: Ros1Graph, setting: str, asked: float) -> None:
     assert len(graph.said("drive")) <= sum(expected) + 1
 
 
+@pytest.mark.slow
 def test_sources_that_are_killed_and_started_again(graph: Ros1Graph) -> None:
     graph.listen()
     graph.node(f"{AT_ONCE}motion_timeout = 0.3")
@@ -74,6 +75,7 @@ def test_sources_that_are_killed_and_started_again(graph: Ros1Graph) -> None:
         graph.brakes(False)
 
 
+@pytest.mark.slow
 def test_a_master_that_is_killed_and_started_again(graph: Ros1Graph) -> None:
     graph.listen()
     node = graph.node(AT_ONCE)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import platform
 import tracemalloc
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 import ttc_fast
 from ttc_fast import reference
@@ -20,12 +22,24 @@ if TYPE_CHECKING:
 LEVELS = ["neon"] if platform.machine() in ("aarch64", "arm64") else ["baseline", "avx2", "avx512"]
 """The instruction-set levels of the processor's family, the lowest first."""
 
+LOWER = LEVELS[: LEVELS.index(ttc_fast.SIMD_LEVEL)]
+"""Those below the level at which the kernels run here."""
+
 CAR = (-0.1, 0.4, -0.15, 0.15)
 """x_rear, x_front, y_right, y_left, m: a car of 0.5 m by 0.3 m, its origin 0.4 m behind the bumper."""
 
 MODULES = {"kernel": ttc_fast, "reference": reference}
 every_module = pytest.mark.parametrize("module", MODULES.values(), ids=MODULES)
 both_dtypes = pytest.mark.parametrize("dtype", [np.float32, np.float64])
+
+
+EXAMPLES = float(os.environ.get("TTC_FAST_EXAMPLES", "0.25"))
+"""The share of the random inputs that a run draws; `make test-all` and `make fuzz` draw them all."""
+
+
+def examples(number: int) -> settings:
+    """Let Hypothesis draw this many inputs where all are drawn, and a share of them else."""
+    return settings(max_examples=max(1, round(number * EXAMPLES)))
 
 
 def peak_of(call: Callable[[], Any]) -> int:
