@@ -8,8 +8,8 @@
 //! cell. So nearly all of the work are loops along rows, which become lanes.
 
 use super::profile::{Cell, Profile, Sighting};
-use crate::cloud::order::median;
 use crate::lanes::{LANES, groups, sum};
+use crate::real::median;
 use crate::simd::{Instructions, Kernel};
 
 /// The weight of the edge of a body, in points. It is 5 times as noisy as a point, because other points make it each
@@ -204,14 +204,15 @@ impl Kernel for IrlsWeights<'_> {
     type Output = Weights;
 
     #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) -> Weights {
+    fn run<I: Instructions>(self, _simd: I) -> Weights {
         let IrlsWeights { observed, range_noise } = self;
         let CellObservations { width, ref count, ref seen, ref rise, ref cell, .. } = *observed;
-        let mut positions = first_positions(simd, observed);
+        let mut positions = first_positions(observed);
         let (mut weight, mut x, mut noise) = (count.clone(), seen.clone(), range_noise * range_noise);
         let [mut surface, mut total, mut slope] = std::array::from_fn(|_| vec![0.0; width]);
         let (mut residual, mut residuals) = (vec![0.0; count.len()], Vec::with_capacity(cell.len()));
         let free = cell.len().saturating_sub(observed.level.len() + observed.frames()).max(1) as f64;
+        let mut middle = noise / (NORMAL * NORMAL);
         for _ in 0..ROUNDS {
             surface.fill(0.0);
             total.fill(NOTHING);
@@ -246,7 +247,8 @@ impl Kernel for IrlsWeights<'_> {
                 }
                 residuals.extend(shown.iter().map(|cell| residual[*cell]));
             }
-            let spread = NORMAL * NORMAL * median(simd, &mut residuals) * cell.len() as f64 / free;
+            middle = median_near(middle, &mut residuals);
+            let spread = NORMAL * NORMAL * middle * cell.len() as f64 / free;
             noise = (KNOWN_NOISE * range_noise * range_noise + free * spread) / (KNOWN_NOISE + free);
             let by = 1.0 / (BIWEIGHT * BIWEIGHT * noise);
             for ((weight, residual), count) in weight.iter_mut().zip(&residual).zip(count) {
@@ -258,9 +260,31 @@ impl Kernel for IrlsWeights<'_> {
     }
 }
 
+/// A median is expected within this factor of a guess.
+const NEAR: f64 = 1.5;
+
+/// The median of at least one number that is not negative. It is found sooner where it is near the guess.
+#[inline(always)]
+fn median_near(guess: f64, values: &mut [f64]) -> f64 {
+    let (low, high) = (guess / NEAR, guess * NEAR);
+    let below = values.iter().filter(|value| **value < low).count();
+    let (mut near, mut len) = (vec![0.0; values.len()], 0);
+    for value in &*values {
+        near[len] = *value;
+        len += usize::from((low <= *value) & (*value <= high));
+    }
+    let upper = values.len() / 2;
+    if below >= upper || upper >= below + len {
+        return median(values);
+    }
+    let (lower, upper, _) = near[..len].select_nth_unstable_by(upper - below, f64::total_cmp);
+    let lower = lower.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if values.len() % 2 == 1 { *upper } else { f64::midpoint(lower, *upper) }
+}
+
 /// Puts each frame where it agrees best with those before it: at the median of what its cells say.
 #[inline(always)]
-fn first_positions<I: Instructions>(simd: I, observed: &CellObservations) -> Vec<f64> {
+fn first_positions(observed: &CellObservations) -> Vec<f64> {
     let [mut points, mut ahead] = std::array::from_fn(|_| vec![0.0; observed.width]);
     let mut differences = Vec::with_capacity(observed.width);
     let mut positions = Vec::with_capacity(observed.frames());
@@ -273,7 +297,7 @@ fn first_positions<I: Instructions>(simd: I, observed: &CellObservations) -> Vec
         if differences.len() > ENOUGH {
             differences.pop();
         }
-        let position = if differences.is_empty() { 0.0 } else { median(simd, &mut differences) };
+        let position = if differences.is_empty() { 0.0 } else { median(&mut differences) };
         for (((points, ahead), count), seen) in points.iter_mut().zip(&mut ahead).zip(count).zip(seen) {
             *points += count;
             *ahead += count * (seen - position);

@@ -9,7 +9,7 @@ mod buffer;
 mod cluster;
 mod estimator;
 mod gate;
-pub(crate) mod order;
+mod order;
 mod own_vehicle;
 mod pass;
 mod tracker;

@@ -5,7 +5,7 @@
 //! lanes without a branch. In any order of the values, there are about half as many steps as bits in their number; ties
 //! may take half as many as a value has bits.
 
-use crate::lanes::{LANES, Lanes, groups, least};
+use crate::lanes::{LANES, Lanes, least};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel};
 
@@ -63,20 +63,6 @@ fn beyond<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], n: usize, mut 
         }
     }
     high
-}
-
-/// The median of at least one number. What is not finite counts as the largest number.
-#[inline(always)]
-pub(crate) fn median<I: Instructions>(simd: I, values: &mut Vec<f64>) -> f64 {
-    for value in values.iter_mut() {
-        *value = if value.abs() <= f64::MAX { *value } else { f64::MAX };
-    }
-    let (len, half) = (values.len(), values.len().div_ceil(2));
-    values.resize(len.next_multiple_of(LANES), f64::INFINITY);
-    let lower = Nth { values: groups(values), n: half }.run(simd).x;
-    let (count, next) = Cut { values: groups(values), limit: lower.above() }.run(simd);
-    values.truncate(len);
-    if len % 2 == 1 || count > half { lower } else { f64::midpoint(lower, next) }
 }
 
 /// Looks for the smallest value; infinite if there is none. Of the two zeros the positive one, whatever comes first.
