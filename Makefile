@@ -89,7 +89,7 @@ lint: $(VENV)/.has-lint ## check format, lints, types, stubs and words
 	$(call say,words)
 	$(BIN)/python tools/retired_words.py
 
-fleet: $(VENV)/.has-test $(VENV)/.has-fleet-test ## install Dask, s3fs, moto and Rerun, so that the tests of clusters, buckets and recordings run
+fleet: $(VENV)/.has-test $(VENV)/.has-fleet-test ## install what the tests of clusters, buckets, recordings and reports need
 
 ros1: $(VENV)/.created ## install rospy from Debian or Ubuntu, so that the tests of the ROS node run
 	$(call say,rospy for $(VENV))

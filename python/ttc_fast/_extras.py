@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 EXTRAS = {
+    "bokeh": "report",
     "cyclonedds": "dds",
     "distributed": "fleet",
     "foxglove_schemas_protobuf": "foxglove",

@@ -57,6 +57,6 @@ def run(arguments: argparse.Namespace) -> None:
         name = name_in(path)
         console.print(f"Replay: {name_of(path) if isinstance(path, Path) else name}.\n", style="bold")
         picture = arguments.out / f"{name.split('.')[0]}.png"
-        played = show(path, settings, console, arguments.rows, Files(plot=picture))
+        played, _ = show(path, settings, console, arguments.rows, Files(plot=picture))
         check(played)
         line(console, "picture", f"{picture}\n")

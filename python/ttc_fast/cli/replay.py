@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from ttc_fast.replay import Replay, Replayed, Settings
     from ttc_fast.replay.output import Files
+    from ttc_fast.replay.report import Chapter
 
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
 USAGE_LINE = "ttc-fast replay [OPTION ...] PATH [PATH ...]"
@@ -76,6 +77,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     out.add_argument(
         "--mcap", type=located, metavar="FILE", help="Write a recording for Foxglove, .mcap; of several logs one each."
     )
+    out.add_argument(
+        "--report", type=located, metavar="FILE", help="Write a report, .html: events with their frames, and curves."
+    )
     options.add_rows(out)
     out.add_argument(
         "--jobs",
@@ -96,7 +100,7 @@ def run(arguments: argparse.Namespace) -> None:
     from ttc_fast.replay.terminal import open_console
 
     settings = options.settings(arguments)
-    files = Files(arguments.out, arguments.plot, arguments.rerun, arguments.mcap)
+    files = Files(arguments.out, arguments.plot, arguments.rerun, arguments.mcap, arguments.report)
     into_folder = _check_outputs(files, arguments.summary)
     logs = found(arguments.paths)
     spare_logs(logs, [arguments.summary], "--summary")
@@ -105,20 +109,23 @@ def run(arguments: argparse.Namespace) -> None:
         return
     spare_logs(logs, [arguments.out])
     spare_logs(logs, [arguments.mcap], "--mcap")
-    played = show(logs[0], settings, open_console(), arguments.rows, files)
-    _write_summary([Replayed(str(logs[0]), played.summary, exit_code_of(played.summary))], arguments.summary)
+    played, chapter = show(logs[0], settings, open_console(), arguments.rows, files)
+    result = Replayed(str(logs[0]), played.summary, exit_code_of(played.summary), chapter=chapter)
+    _write_about([result], arguments.summary, arguments.report)
     check(played)
 
 
-def show(path: Location, settings: Settings, console: Console, rows: int, files: Files) -> Replay:
-    """Replay one log: write its rows, draw it, and print rows and summary."""
+def show(
+    path: Location, settings: Settings, console: Console, rows: int, files: Files
+) -> tuple[Replay, Chapter | None]:
+    """Replay one log: write its rows, draw it, and print rows and summary; return it with its chapter of a report."""
     from ttc_fast.replay import Replay
     from ttc_fast.replay.output import OutputError, play
     from ttc_fast.replay.terminal import print_rows, print_summary, print_used, show_live
 
     try:
         replay = Replay(path, settings)
-        play(replay, show_live(replay, console), files)
+        chapter = play(replay, show_live(replay, console), files)
     except ConfigurationError as error:  # settings that make no sense for this log are a mistake of usage
         raise CommandError(USAGE, f"{path}: {settings.typed(error)}") from error
     except OutputError as error:
@@ -126,7 +133,7 @@ def show(path: Location, settings: Settings, console: Console, rows: int, files:
     print_used(replay, console)
     print_rows(replay, console, rows)
     print_summary(replay, console)
-    return replay
+    return replay, chapter
 
 
 def check(played: Replay) -> None:
@@ -138,16 +145,16 @@ def check(played: Replay) -> None:
         raise CommandError(code, played.summary.lost or f"{played.summary.path}: has no frames")
 
 
-def _write_summary(results: list[Replayed], place: Location | None) -> None:
-    """Write the table of logs, where it is asked for."""
-    from ttc_fast.replay.output import OutputError, suffix_of, writing
+def _write_about(results: list[Replayed], summary: Location | None, report: Location | None) -> None:
+    """Write the table of logs and the report, where they are asked for."""
+    from ttc_fast.replay.output import OutputError, report_on, suffix_of, writing
     from ttc_fast.replay.table import write_table
 
-    if place is None:
-        return
     try:
-        with writing(place, "choose another --summary") as file:
-            write_table(results, file, suffix_of(place))
+        report_on(results, report)
+        if summary is not None:
+            with writing(summary, "choose another --summary") as file:
+                write_table(results, file, suffix_of(summary))
     except OutputError as error:
         raise CommandError(FAILED, str(error)) from error
 
@@ -158,7 +165,7 @@ def _check_outputs(files: Files, summary: Location | None) -> bool:
     from ttc_fast.replay.row import WRITERS
     from ttc_fast.replay.table import TABLES
 
-    into_folder, (out, plot, rerun, mcap) = False, files
+    into_folder, (out, plot, rerun, mcap, report) = False, files
     if out is not None:
         suffix = suffix_of(out)
         into_folder = not suffix or (isinstance(out, Path) and out.is_dir())
@@ -177,13 +184,17 @@ def _check_outputs(files: Files, summary: Location | None) -> bool:
         raise CommandError(USAGE, f"--rerun must end in .rrd, got {rerun}")
     if mcap is not None and suffix_of(mcap) != ".mcap":
         raise CommandError(USAGE, f"--mcap must end in .mcap, got {mcap}")
-    if plot is not None or rerun is not None or mcap is not None:
+    if report is not None and suffix_of(report) != ".html":
+        raise CommandError(USAGE, f"--report must end in .html, got {report}")
+    if any(each is not None for each in (plot, rerun, mcap, report)):
         import_module("matplotlib")
     if rerun is not None:
         import_module("rerun")
     if mcap is not None:
         import_module("mcap_protobuf")
         import_module("foxglove_schemas_protobuf")
+    if report is not None:
+        import_module("bokeh")
     return into_folder
 
 
@@ -225,6 +236,7 @@ def run_many(logs: list[Location], settings: Settings, arguments: argparse.Names
                 plot=arguments.plot,
                 rerun=arguments.rerun,
                 mcap=arguments.mcap,
+                report=arguments.report,
                 progress=progress,
             )
     except OutputError as error:
@@ -233,7 +245,7 @@ def run_many(logs: list[Location], settings: Settings, arguments: argparse.Names
         if executor is not None:
             executor.shutdown()
     print_summaries([each.summary for each in results], open_console())
-    _write_summary(results, arguments.summary)
+    _write_about(results, arguments.summary, None)
     failed = [each for each in results if each.exit_code == FAILED]
     if failed:
         problem = f"of {len(results)} logs {len(failed)} failed, such as {failed[0].summary.lost}"

@@ -40,6 +40,7 @@ from ttc_fast.replay.table import line_of, schema
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from ttc_fast.replay.report import Chapter
     from ttc_fast.replay.row import ParquetWriter
     from ttc_fast.replay.settings import Settings
 
@@ -89,6 +90,8 @@ class Replayed:
         What it was made of; None where it was not replayed, or not into a dataset.
     skipped : bool
         Whether an earlier run had done it.
+    chapter : Chapter or None
+        What a report shows of it, where one is to be written.
     """
 
     log: str
@@ -96,6 +99,7 @@ class Replayed:
     exit_code: int
     made: Made | None = None
     skipped: bool = field(default=False, compare=False)
+    chapter: Chapter | None = field(default=None, compare=False, repr=False)
 
 
 def exit_code_of(summary: Summary) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ttc_fast.brake import Command
 from ttc_fast.plotting.birds_eye import View, placed, seen_by, view_of_body
 from ttc_fast.replay.pipelines import Scans
 
@@ -35,7 +36,7 @@ def view_of(replay: Replay, row: Row, frame: Any) -> View:
 
 def _title(replay: Replay, row: Row) -> str:
     what = f"{row.command.name} ({row.reason.name})"
-    if not replay.braked:
+    if not replay.braked and row.command is not Command.BRAKE:
         what = "least TTC" if math.isfinite(row.ttc) else "nothing closes in any frame"
     if not math.isfinite(row.ttc):
         return f"frame {row.frame}, t = {row.stamp:.2f} s\n{what}"

@@ -32,7 +32,7 @@ from ttc_fast.logs import LogError
 from ttc_fast.logs.storage import StorageError, absolute, found, located, remove, size_and_time, written_whole
 from ttc_fast.replay.dataset import Dataset, Made, Replayed, digest_of, exit_code_of
 from ttc_fast.replay.executors import Processes, StartError, ThisProcess, adapted
-from ttc_fast.replay.output import Files, OutputError, each_of, play, prepare_folder, through
+from ttc_fast.replay.output import Files, OutputError, each_of, play, prepare_folder, report_on, through
 from ttc_fast.replay.row import ParquetWriter
 from ttc_fast.replay.run import Replay
 from ttc_fast.replay.settings import Settings
@@ -141,6 +141,7 @@ def replay_many(
     plot: str | PathLike[str] | None = None,
     rerun: str | PathLike[str] | None = None,
     mcap: str | PathLike[str] | None = None,
+    report: str | PathLike[str] | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> list[Replayed]:
     """Replay many logs, and lose none: each has a result, also where it cannot be read or its worker is killed.
@@ -166,6 +167,8 @@ def replay_many(
         A file of rows (.csv, .jsonl, .parquet), a picture (.png, .svg), a recording for Rerun (.rrd) and one for
         Foxglove (.mcap) for each log, with the name of the log behind the name that is given. A log that is left out
         gets none.
+    report : path, optional
+        A report of all logs (.html, extra ``report``), which holds in memory what it shows: about 100 kB a log.
     progress : function, optional
         It is called with a ``Progress`` once in a while.
 
@@ -200,6 +203,7 @@ def replay_many(
     else:
         runs = ThisProcess() if len(logs) == 1 or jobs == 1 else Processes(jobs)
     files = [None if each is None else located(each) for each in (rows, plot, rerun, mcap)]
+    whole = None if report is None else located(report)
     if executor is not None or out is not None:  # workers may be in another folder, and a later run as well
         logs, files = [absolute(each) for each in logs], [each and absolute(each) for each in files]
     for each in files:
@@ -213,7 +217,7 @@ def replay_many(
     of_each = map(Files, *(each_of(each, logs) for each in files))
     typed = ON_COMMAND_LINE.get()
     tasks = [
-        Task(number, log, each, settings, dataset, again, typed)
+        Task(number, log, each._replace(report=whole), settings, dataset, again, typed)
         for number, (log, each) in enumerate(zip(logs, of_each, strict=True))
     ]
     run = _Run(tasks, runs, progress)
@@ -226,7 +230,9 @@ def replay_many(
             runs.shutdown(cancel_futures=not done)
         if dataset is not None:
             dataset.end(run.in_order())
-    return run.in_order()
+    results = run.in_order()
+    report_on(results, whole)
+    return results
 
 
 class _Run:
@@ -362,13 +368,13 @@ def _opened(task: Task, made: Made | None) -> Replay | Replayed:
 
 def _played(task: Task, replay: Replay, rows: Iterable[Row], made: Made | None) -> Replayed:
     try:
-        play(replay, rows, task.files)
+        chapter = play(replay, rows, task.files)
     except ConfigurationError as error:
         return _without_rows(task, f"{task.name}: {error}", USAGE, made)
     summary = replay.summary
     if not summary.frames and not summary.lost:
         summary.lost = f"{task.name}: has no frames"
-    return Replayed(task.name, summary, exit_code_of(summary), made)
+    return Replayed(task.name, summary, exit_code_of(summary), made, chapter=chapter)
 
 
 def _without_rows(task: Task, problem: str, code: int, made: Made | None = None) -> Replayed:

@@ -14,6 +14,8 @@ from ttc_fast.replay.row import WRITERS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from ttc_fast.replay.dataset import Replayed
+    from ttc_fast.replay.report import Chapter
     from ttc_fast.replay.row import Row, Writer
     from ttc_fast.replay.run import Replay
 
@@ -42,15 +44,18 @@ class Files(NamedTuple):
         The recording for Rerun: .rrd.
     mcap : Location or None
         The recording for Foxglove: .mcap.
+    report : Location or None
+        The report, .html, of all logs. ``play`` returns the chapter for it.
     """
 
     rows: Location | None = None
     plot: Location | None = None
     rerun: Location | None = None
     mcap: Location | None = None
+    report: Location | None = None
 
 
-def play(replay: Replay, rows: Iterable[Row], files: Files) -> None:
+def play(replay: Replay, rows: Iterable[Row], files: Files) -> Chapter | None:
     """Replay to the end, and write what is asked for. The summary says what was lost on the way.
 
     Parameters
@@ -62,6 +67,11 @@ def play(replay: Replay, rows: Iterable[Row], files: Files) -> None:
     files : Files
         What is to be written.
 
+    Returns
+    -------
+    Chapter or None
+        What a report shows of the log, where one is to be written and there are frames.
+
     Raises
     ------
     OutputError
@@ -69,7 +79,13 @@ def play(replay: Replay, rows: Iterable[Row], files: Files) -> None:
     ConfigurationError
         If a setting makes no sense for the log.
     """
+    pictures = None
     with ExitStack() as stack:
+        if files.report is not None:
+            from ttc_fast.replay.report import Pictures
+
+            pictures = Pictures(replay)
+            rows = pictures.through(rows)
         if files.rerun is not None:
             from ttc_fast.replay.scrub import recorded
 
@@ -90,6 +106,16 @@ def play(replay: Replay, rows: Iterable[Row], files: Files) -> None:
 
         with writing(files.plot, "choose another place") as file:
             save(replay, file)
+    return None if pictures is None else pictures.chapter()
+
+
+def report_on(results: Sequence[Replayed], place: Location | None) -> None:
+    """Write the report of some logs, if one is to be written."""
+    if place is not None:
+        from ttc_fast.replay.report import write_report
+
+        with writing(place, "choose another --report", whole=True) as file:
+            write_report(results, file)
 
 
 def through(rows: Iterable[Row], writer: Writer) -> Iterator[Row]:

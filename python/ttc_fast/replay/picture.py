@@ -60,7 +60,7 @@ def draw(replay: Replay) -> Figure:
     title = f"{name_of(replay.log.path)}, {replay.summary.pace}"
     figure = open_figure(title, _footnote(replay), SIZE if seen else NARROW)
     grid = figure.add_gridspec(3, 2 if seen else 1, height_ratios=(1, 0.8, 1.5))
-    ttc = draw_history(figure, grid, _history(replay), lambda axes: _mark_events(axes, replay))
+    ttc = draw_history(figure, grid, history_of(replay), lambda axes: _mark_events(axes, replay))
     _mark_key_frame(ttc, replay)
     if seen:
         draw_birds_eye(figure.add_subplot(grid[:, 1]), view_of(replay, *seen))
@@ -80,7 +80,7 @@ def _footnote(replay: Replay) -> str:
     return " ".join(said)
 
 
-def _history(replay: Replay) -> History:
+def history_of(replay: Replay) -> History:
     """Return the rows to draw as columns."""
     rows = replay.series.rows
 

@@ -1,0 +1,177 @@
+"""Reports in a real Chromium: an empty console, tables that sort, a click that shows the frame, curves that zoom."""
+
+import base64
+import json
+import os
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.bags import drive, write
+from tests.support.browser import CHROMIUM, Page
+from ttc_fast.cli import main
+from ttc_fast.replay import Replay, replay_many, sample
+
+pytest.importorskip("bokeh", reason="needs the extra report: pip install '.[report]', or make fleet")
+pytestmark = pytest.mark.filterwarnings("default")  # those of Bokeh
+in_browser = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: apt-get install chromium")
+MOST_BYTES = 5_000_000
+READY = """new Promise(done => {
+  const look = () => document.querySelector("tr.chosen") ? setTimeout(done, 200) : setTimeout(look, 20); look(); })"""
+
+
+def data_of(report: Path) -> list[dict[str, Any]]:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', report.read_text("utf-8"))
+    assert found is not None
+    data: list[dict[str, Any]] = json.loads(found.group(1))
+    return data
+
+
+@pytest.fixture(scope="module")
+def several(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a report of ten logs, of which one is damaged and one cannot be read."""
+    folder = tmp_path_factory.mktemp("several")
+    logs = [folder / f"{i}-{sample(name).name}" for i, name in enumerate(["scans", "clouds"] * 4)]
+    for log in logs:
+        shutil.copy(sample("scans" if "approach" in log.name else "clouds"), log)
+    bag = write(folder, "bag", drive(400))
+    damaged = folder / "<b>damaged & cut.bag"
+    damaged.write_bytes(bag.read_bytes()[: bag.stat().st_size // 2])
+    (folder / "empty.bag").touch()
+    report = folder / "out" / "report.html"
+    replay_many([*logs, damaged, folder / "empty.bag"], report=report, jobs=1)
+    assert list(report.parent.iterdir()) == [report]
+    return report
+
+
+def test_ten_logs_are_below_five_megabytes_and_hold_the_rows(several: Path) -> None:
+    assert several.stat().st_size < MOST_BYTES
+    data = data_of(several)
+    assert len(data) == 10
+    rows = list(Replay(sample("scans")))
+    stored = {name: np.frombuffer(base64.b64decode(text), "<f4") for name, text in data[0]["rows"].items()}
+    np.testing.assert_allclose(stored["x"], [row.stamp for row in rows], rtol=1e-6)
+    ttc = np.where(np.isnan(stored["isolated"]), stored["ttc"], stored["isolated"])
+    finite = np.isfinite(ttc)
+    np.testing.assert_allclose(ttc[finite], np.array([row.ttc for row in rows])[finite], rtol=1e-6)
+    assert data[8]["rows"]["x"]  # what could be read of the damaged one
+    assert not data[9]["rows"]["x"]
+    assert "empty.bag" in data[9]["without"]
+
+
+@in_browser
+def test_tables_sort_and_a_click_shows_the_frame(several: Path, tmp_path: Path) -> None:
+    with Page(several) as page:
+        page.ask(READY)
+        events = "[...document.querySelectorAll('table')[0].tBodies[0].rows]"
+        count = page.ask(f"{events}.length")
+        assert count > 10
+        assert page.ask("document.querySelectorAll('table')[1].tBodies[0].rows.length") == 10
+        assert "<b>damaged & cut.bag" in page.ask("document.body.innerText")
+        for heading in range(11):
+            for name, sign in (("ascending", 1), ("descending", -1)):
+                page.ask(f"document.querySelectorAll('table')[0].tHead.rows[0].cells[{heading}].click()")
+                assert page.ask(f"document.querySelectorAll('th')[{heading}].ariaSort") == name
+                column = f"{events}.map(row => row.cells[{heading}])"
+                if heading < 3:
+                    texts = page.ask(f"{column}.map(cell => cell.textContent)")
+                    assert texts == sorted(texts, reverse=sign < 0)
+                    continue
+                numbers = np.array(page.ask(f"{column}.map(cell => cell.dataset.value)"), float)
+                assert len(numbers) == count
+                known = numbers[~np.isnan(numbers)]
+                assert np.isnan(numbers[len(known) :]).all()  # what is not known comes last
+                with np.errstate(invalid="ignore"):
+                    assert not (sign * np.diff(known) < 0).any()
+        shown = set()
+        for i in range(count):
+            page.ask(f"{events}[{i}].click()")
+            page.ask("document.querySelector('#frame img')?.decode()")
+            assert page.ask(f"{events}[{i}].className") == "chosen"
+            assert page.ask("document.querySelectorAll('tr.chosen').length") == 1
+            if page.ask("!!document.querySelector('#frame img')"):
+                assert page.ask("document.querySelector('#frame img').naturalWidth") == 480
+                assert page.ask("document.querySelector('#frame img').alt") == page.ask(
+                    f"'frame ' + {events}[{i}].dataset.frame"
+                )
+                shown.add(page.ask("document.querySelector('#frame img').src"))
+            assert page.ask("model('chosen').data.x[0]") == pytest.approx(
+                float(page.ask(f"{events}[{i}].dataset.at")), abs=1e-5
+            )
+        assert len(shown) > 3
+        page.ask("document.querySelectorAll('table')[1].tBodies[0].rows[9].click()")
+        assert "empty.bag" in page.ask("document.querySelector('#frame').innerText")
+        page.screenshot(tmp_path / "page.png")
+        assert page.problems == []
+    if "TTC_FAST_SCREENSHOTS" in os.environ:
+        shutil.copy(tmp_path / "page.png", os.environ["TTC_FAST_SCREENSHOTS"])
+
+
+@in_browser
+def test_curves_of_one_log_zoom(tmp_path: Path) -> None:
+    report = tmp_path / "report.html"
+    assert main(["replay", str(sample("scans")), "--rows", "0", "--report", str(report)]) == 0
+    with Page(report) as page:
+        page.ask(READY)
+        assert page.ask("[model('time').start, model('time').end]") == pytest.approx([0.0, 4.267], abs=1e-3)
+        left, top, width, height = page.ask(
+            """(() => { const find = root => { for (const each of root.querySelectorAll("*")) {
+                 if (each.classList.contains("bk-events")) return each;
+                 const inside = each.shadowRoot && find(each.shadowRoot); if (inside) return inside; } };
+               const box = find(document).getBoundingClientRect();
+               return [box.x, box.y, box.width, box.height]; })()"""
+        )
+        middle = top + min(height, 150.0) / 2
+        page.drag((left + 0.4 * width, middle), (left + 0.6 * width, middle + 30))
+        page.ask("new Promise(done => setTimeout(done, 300))")
+        start, end = page.ask("[model('time').start, model('time').end]")
+        assert 0.5 < start < 2.2 < end < 3.8
+        page.ask("document.querySelector('tbody tr').click()")  # the same log stays as it is
+        assert page.ask("model('time').start") == start
+        assert page.problems == []
+
+
+def test_a_table_of_distances_since_1970_has_curves_and_no_picture(tmp_path: Path) -> None:
+    table = tmp_path / "gaps.csv"
+    table.write_text("stamp,distance\n" + "".join(f"{1.7e9 + i / 10},{20 - i / 2}\n" for i in range(30)))
+    report = tmp_path / "report.html"
+    assert main(["replay", str(table), "--report", str(report)]) == 0
+    (data,) = data_of(report)
+    stamps = np.frombuffer(base64.b64decode(data["rows"]["x"]), "<f4")
+    np.testing.assert_allclose(stamps, np.arange(30) / 10, atol=1e-5)
+    assert data["pictures"] == {}
+    assert data["without"] == "A table of distances has no picture of a frame."
+
+
+@in_browser
+@pytest.mark.parametrize("count", [1, 2, 30])
+def test_a_page_without_anything_known_has_an_empty_console(count: int, tmp_path: Path) -> None:
+    table = tmp_path / "gaps.csv"
+    table.write_text("stamp,distance\n" + "".join(f"{i / 10},nan\n" for i in range(count)))
+    report = tmp_path / "report.html"
+    main(["replay", str(table), "--report", str(report)])
+    with Page(report) as page:
+        page.ask(READY)
+        assert page.problems == []
+
+
+def test_a_report_that_makes_no_sense_or_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", str(sample("scans")), "--report", str(tmp_path / "report.pdf")]) == 2
+    assert "--report must end in .html" in capsys.readouterr().err
+    (tmp_path / "file").touch()
+    assert main(["replay", str(sample("clouds")), "--report", str(tmp_path / "file" / "report.html")]) == 1
+    assert "choose another --report" in capsys.readouterr().err
+
+
+def test_what_an_earlier_run_did_is_in_the_report_without_its_frames(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    for _ in range(2):
+        (result,) = replay_many([sample("clouds")], out=tmp_path / "out", report=tmp_path / "report.html", jobs=1)
+    assert result.skipped
+    (data,) = data_of(tmp_path / "report.html")
+    assert "An earlier run replayed this log" in data["without"]
+    assert "EstimateThreshold" in (tmp_path / "report.html").read_text("utf-8")
