@@ -101,6 +101,7 @@ def test_a_controller_that_is_wrong_is_found_out(
     mutate: Callable[[pytest.MonkeyPatch], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mutate(monkeypatch)
-    chosen = settings(max_examples=2000, stateful_step_count=20, derandomize=True, **UNHURRIED)
+    # Found after 500 lives on average. Which lives come depends on the modules that are loaded, derandomized or not.
+    chosen = settings(max_examples=20_000, stateful_step_count=20, derandomize=True, **UNHURRIED)
     with pytest.raises(AssertionError):
         run_state_machine_as_test(BrakeMachine, settings=chosen)

@@ -91,6 +91,8 @@ class BrakeMachine(RuleBasedStateMachine):
         self.motion: Motion | None = None
         self.unseen = False
         self.count = 0
+        self.was_fast: set[str] = set()
+        """The controllers that brake, and have seen the near wall at 4 m/s since they began."""
         self.same: dict[str, Same] = {}
         """The newest readings of each sensor."""
 
@@ -200,11 +202,16 @@ class BrakeMachine(RuleBasedStateMachine):
         assert repr(twin) == repr(informed), "the same inputs, and saving at any time, give the same bits"
         assert informed.command >= plain.command, "an estimate brakes less than none"
         self.learn(scene, stamp, motion, plain, estimate, data)
-        for decision, controller, was_on in zip((plain, informed), (self.plain, self.informed), were_on, strict=True):
+        for name, decision, was_on in zip(("plain", "informed"), (plain, informed), were_on, strict=True):
             if not override:
                 self.check_darkness(decision)
-            if was_on and not on(controller):
-                self.check_release(decision, scene, commanded, estimate)
+            if on(getattr(self, name)):
+                if scene == "near" and decision.threats is not None and decision.threats.speed == 4.0:
+                    self.was_fast.add(name)
+                continue
+            if was_on:
+                self.check_release(name, decision, scene, commanded, estimate)
+            self.was_fast.discard(name)
 
     def learn(
         self,
@@ -274,7 +281,12 @@ class BrakeMachine(RuleBasedStateMachine):
             assert decision.command is not Command.NONE, "it goes on in the dark"
 
     def check_release(
-        self, decision: Decision, scene: str | None, commanded: float | None, estimate: dict[str, Any] | None
+        self,
+        name: str,
+        decision: Decision,
+        scene: str | None,
+        commanded: float | None,
+        estimate: dict[str, Any] | None,
     ) -> None:
         """Check that the frame in which a brake was let go is a clear one."""
         assert scene is not None, "it let go without a frame"
@@ -287,6 +299,8 @@ class BrakeMachine(RuleBasedStateMachine):
             assert estimate["age"] < self.timeout, "an old measurement let go"
         if scene == "near" and self.motion is not None and self.kind in ("scan", "cloud"):
             continued = commanded if commanded is not None else self.motion.speed
+            if commanded is None and name in self.was_fast and decision.threats.speed == 0.0:
+                continued = 4.0
             assert continued < 2.0, "it let go for what it would hit"
 
 
