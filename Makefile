@@ -156,8 +156,10 @@ $(VENV)/.created:
 		$(PYTHON) is missing or older than 3.10: choose another one with make PYTHON=python3.12)
 	$(call need,$(PYTHON) -c 'import ensurepip',\
 		$(PYTHON) cannot make virtual environments: on Debian and Ubuntu run apt install python3-venv)
-	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/python -m pip install --quiet --upgrade pip "$(MATURIN)"
+	@# One core fetches, and another compiles what every build needs.
+	@cargo build --quiet --package ttc-fast-core --profile quick --locked & \
+		{ $(PYTHON) -m venv $(VENV) && $(BIN)/python -m pip install --quiet --no-compile --upgrade pip "$(MATURIN)"; } || exit 1; \
+		wait $$!
 	@touch $@
 
 INSTALL = PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --no-compile --no-build-isolation

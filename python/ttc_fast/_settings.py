@@ -296,7 +296,7 @@ def hint(name: str, names: Iterable[str]) -> str:
     import difflib  # which takes longer to import than all of this file, for a message that is rare
 
     names = list(names)
-    close = difflib.get_close_matches(name, names, 1)
+    close = [each for each in names if name and each.startswith(name)] or difflib.get_close_matches(name, names, 1)
     return f"did you mean {close[0]}?" if close else f"there are {', '.join(names)}"
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,3 +86,12 @@ def test_a_number_that_is_off_is_found_out() -> None:
     formulae = TESTS["the formulae of motion"]
     assert doctor.agrees(formulae)
     assert not doctor.agrees(lambda module: formulae(Reference() if module is ttc_fast else module))
+
+
+def test_an_output_that_is_not_read_any_more_is_no_traceback() -> None:
+    command = [sys.executable, "-m", "ttc_fast.cli", "doctor"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert (process.stderr.read(), process.wait(timeout=60)) == ("", 1)

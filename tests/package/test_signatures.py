@@ -199,3 +199,17 @@ def test_pickled_settings_are_equal(settings: Any) -> None:
     assert copy == settings
     assert repr(copy) == repr(settings)
     assert not any(copy == other for other in SETTINGS if other is not settings)
+
+
+def test_threads_are_a_setting_of_an_object_or_an_argument_of_a_function() -> None:
+    """Never of a method, so that nobody has to look up which."""
+    having = {
+        name
+        for name in ttc_fast.__all__
+        if callable(value := getattr(ttc_fast, name)) and "threads" in str(getattr(value, "__text_signature__", ""))
+    }
+    assert having == {"ScanTTC", "robust_min_x", "ttc_from_keypoints"}
+    for each in (getattr(ttc_fast, name) for name in ttc_fast.__all__):
+        if isinstance(each, type):
+            for method in public(each):
+                assert "threads" not in str(getattr(getattr(each, method), "__text_signature__", ""))

@@ -70,6 +70,7 @@ def test_every_option_that_a_log_has_no_use_for_is_named_as_it_is_typed(
         (["--colum=x"], 3, ""),  # an abbreviation
         (["--treshold=1"], 2, "there is no option --treshold: "),
         (["--criterion", "IttcTreshold"], 2, "got 'IttcTreshold': did you mean IttcThreshold?"),
+        (["--criterion", "Ittc"], 2, "got 'Ittc': did you mean IttcThreshold?"),
         (["--criterion", "IttcThreshold:treshold=1"], 2, "no setting 'treshold': did you mean threshold?"),
         (["--range-min", "9", "--range-max", "3"], 2, "--range-max must be above range_min"),
         (["--front-offset", "-3"], 2, "--front-offset must be finite and at least 0 m, got -3.0"),
@@ -166,3 +167,11 @@ def test_an_interrupt_while_processes_begin_is_one_line(tmp_path: Path) -> None:
     )
     out, err = process.communicate(timeout=60)
     assert (process.returncode, err, out) == (130, "ttc-fast: interrupted\n", "")
+
+
+@pytest.mark.parametrize(("typed", "words"), [("repaly", "did you mean replay?"), ("xyz", "there are replay, demo, ")])
+def test_a_command_that_is_none(typed: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([typed])
+    assert ended.value.code == 2
+    assert f"there is no command {typed}: {words}" in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from ttc_fast import SIMD_LEVEL, __version__
 from ttc_fast._extras import EXTRAS, install
 from ttc_fast._settings import ON_COMMAND_LINE, hint
 from ttc_fast.cli import bench, demo, doctor, node, replay
-from ttc_fast.cli.exits import DONE, EXIT_CODES, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
+from ttc_fast.cli.exits import DONE, EXIT_CODES, FAILED, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
 from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
   ttc-fast demo                                  see it work: two simulated drives, tables and pictures
   ttc-fast replay drive.bag --plot drive.png     when would it have braked on a recorded drive, and why?
-  ttc-fast replay drives/*.bag --out rows.csv    many drives at once
+  ttc-fast replay drives/*.bag --summary all.csv many drives at once, and a table of them
   ttc-fast node --rclpy --config brake.toml      brake on the vehicle, in a graph of ROS
   ttc-fast bench                                 how fast is it on this machine?
   ttc-fast doctor                                does it work on this machine, and what is installed?
@@ -62,6 +63,11 @@ class Parser(argparse.ArgumentParser):
         for each, text in whole:
             each.help = text
         return short
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if isinstance(action.choices, dict) and value not in action.choices:
+            self.error(f"there is no command {value}: {hint(value, action.choices)}")
+        super()._check_value(action, value)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse; an option that is unknown ends the command here, where those of its command are known."""
@@ -118,6 +124,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             return DONE
         arguments = parser.parse_args(argv)
         arguments.run(arguments)
+        sys.stdout.flush()
     except LogError as error:
         return _complain(UNREADABLE, str(error))
     except CommandError as error:
@@ -128,6 +135,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         extra = arguments.extra or EXTRAS[package]
         return _complain(MISSING_EXTRA, f"this needs {package}, which is not installed: {install(extra)}")
+    except BrokenPipeError:  # what reads the output has ended, such as `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it once more at its end
+        return FAILED
     except KeyboardInterrupt:
         return _complain(INTERRUPTED, "interrupted")
     finally:
@@ -144,7 +154,8 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
     """Return the parser of ``ttc-fast`` and that of each of its commands, by what is typed."""
     parser = Parser(prog="ttc-fast", usage="ttc-fast COMMAND [OPTION ...]", description=DESCRIPTION)
     parser.epilog = f"ttc-fast COMMAND --help says more.\n\n{EXIT_CODES}"
-    parser.add_argument("--version", action="version", version=f"ttc-fast {__version__}, kernels: {SIMD_LEVEL}")
+    version = f"ttc-fast {__version__}, kernels: {SIMD_LEVEL}"
+    parser.add_argument("--version", action="version", version=version, help="Print the version, and end.")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, prog=parser.prog, title="commands")
     each: dict[str, argparse.ArgumentParser] = {parser.prog: parser}
     for name, command in (("replay", replay), ("demo", demo), ("bench", bench), ("node", node), ("doctor", doctor)):

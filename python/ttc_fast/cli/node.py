@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import argparse
 
 SUMMARY = "run the brake as a node of ROS 1 or ROS 2"
+USAGE_LINE = "ttc-fast node --ros1|--dds|--rclpy [OPTION ...] [ARGUMENT ...]"
 DESCRIPTION = """\
   ttc-fast node --rclpy --config brake.toml
   ttc-fast node --rclpy -- --ros-args -r scan:=/front/scan

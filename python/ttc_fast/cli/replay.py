@@ -34,7 +34,7 @@ DESCRIPTION = f"""\
   ttc-fast replay drive.bag --outline -0.1 0.4 -0.15 0.15 --plot drive.png
   ttc-fast replay drive.mcap --topic /scan --criterion IttcThreshold:threshold=0.7 --out rows.csv
   ttc-fast replay velodyne/ --speed 8 --gate-x {KITTI_LIDAR.vehicle_reach:g} 40 --out rows.parquet
-  ttc-fast replay logs/*.bag --config car.toml --out rows.csv
+  ttc-fast replay logs/*.bag --config car.toml --summary table.csv
   ttc-fast replay 's3://fleet/2026-*/*.mcap' --out s3://results/november --scheduler tcp://host:8786
 
 Replay recorded logs, frame by frame, through the code that brakes on the vehicle: when would it have braked, and why?
