@@ -349,10 +349,10 @@ impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
     fn inside<I: Instructions>(&self, simd: I, at: usize, [low, high]: &Self::Bounds, fourth: bool) -> u16 {
         // Spelled out: through a closure the instructions behind `simd` would not be inlined.
         let [a, b, c, d] = self.records.fours(at);
-        let bits = u64::from(T::within(simd, &a, low, high))
-            | u64::from(T::within(simd, &b, low, high)) << 16
-            | u64::from(T::within(simd, &c, low, high)) << 32
-            | u64::from(T::within(simd, &d, low, high)) << 48;
+        let mut bits = u64::from(T::within(simd, &d, low, high));
+        bits = bits << 16 | u64::from(T::within(simd, &c, low, high));
+        bits = bits << 16 | u64::from(T::within(simd, &b, low, high));
+        bits = bits << 16 | u64::from(T::within(simd, &a, low, high));
         bit_of_each_point(if fourth { bits } else { bits | 0x8888_8888_8888_8888 })
     }
 

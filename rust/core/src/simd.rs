@@ -624,14 +624,13 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn may_pass_f64(self, [a, b, c, d]: &[Lanes<f64>; 4], prefilter: &Prefilter<f64>) -> bool {
-            // SAFETY: `self` proves AVX-512 F.
-            let bits = unsafe {
-                passing_16_wide(a, prefilter)
-                    | passing_16_wide(b, prefilter) << 16
-                    | passing_16_wide(c, prefilter) << 32
-                    | passing_16_wide(d, prefilter) << 48
-            };
+        fn may_pass_f64(self, points: &[Lanes<f64>; 4], prefilter: &Prefilter<f64>) -> bool {
+            // One after the other: a sum of eight shifted masks would be added up in a vector, at several times the cost.
+            let mut bits = 0;
+            for four in points.iter().rev() {
+                // SAFETY: `self` proves AVX-512 F.
+                bits = bits << 16 | unsafe { passing_16_wide(four, prefilter) };
+            }
             whole_points(bits) != 0
         }
 

@@ -71,17 +71,18 @@ impl<'py> Cloud<'py> {
                 array.shape()
             )));
         }
-        let points = match (rows::<f32>(&array), rows::<f64>(&array)) {
-            (Some((xyz, intensity)), _) => AnyPoints::Single(points(xyz, intensity.map(Intensity::F32))?),
-            (_, Some((xyz, intensity))) => AnyPoints::Double(points(xyz, intensity.map(Intensity::F64))?),
-            _ if !(2..=3).contains(&array.ndim()) || array.shape()[array.ndim() - 1] < 3 => {
-                return Err(PyValueError::new_err(format!(
-                    "{argument} must have shape (N, 3), (N, 4) or wider, or (H, W, 3) or wider for an organised cloud, \
-                     got {:?}",
-                    array.shape()
-                )));
-            }
-            _ => return Err(wrong_dtype(argument, &array)),
+        let points = if let Some((xyz, intensity)) = rows::<f32>(&array) {
+            AnyPoints::Single(points(xyz, intensity.map(Intensity::F32))?)
+        } else if let Some((xyz, intensity)) = rows::<f64>(&array) {
+            AnyPoints::Double(points(xyz, intensity.map(Intensity::F64))?)
+        } else if (2..=3).contains(&array.ndim()) && array.shape()[array.ndim() - 1] >= 3 {
+            return Err(wrong_dtype(argument, &array));
+        } else {
+            return Err(PyValueError::new_err(format!(
+                "{argument} must have shape (N, 3), (N, 4) or wider, or (H, W, 3) or wider for an organised cloud, \
+                 got {:?}",
+                array.shape()
+            )));
         };
         Ok(Cloud { points, _arrays: Arrays::One { _array: array } })
     }

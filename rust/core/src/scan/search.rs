@@ -26,6 +26,9 @@ use arrayvec::ArrayVec;
 /// Below this speed, m/s, products lose digits, and bounds would not hold.
 const SLOWEST: f64 = 1e-290;
 
+/// As few beams as this are computed one by one: a search among them would take longer.
+const FEW: usize = 4;
+
 /// Returns the beam with the least time-to-collision.
 ///
 /// All of it is inlined, and it passes no reference to a function that is not: what a reference points to has to lie in
@@ -43,7 +46,7 @@ pub(super) fn first_hit<T: Real>(
         return Hit::NONE;
     }
     let rules = &kernel.rules;
-    if fastest < SLOWEST {
+    if fastest < SLOWEST || ranges.len() <= FEW {
         one_by_one(ranges, rules, exact)
     } else if vy == 0.0 && !rules.clamps() {
         searched(level, ranges, kernel, exact, |envelope| Straight::new(envelope, vx, min_closing_speed))
