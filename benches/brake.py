@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 import ttc_fast
 from benches import car
 from benches.case import OURS, Case, Implementation
+from benches.inputs import turns
 from ttc_fast import BrakeController, Command, Motion, reference
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from types import ModuleType
 
-BEAMS, FRAMES = 1080, 64
+BEAMS = 1080
 PERIOD, LATENCY = 0.025, 0.01
 SITUATIONS = {"nothing near": (Command.NONE, 0.2), "near": (Command.WARN, 1.2), "braking": (Command.BRAKE, 5.0)}
 """What is commanded, and how fast the car drives through the rooms for it, m/s."""
@@ -48,7 +49,7 @@ def _rooms(situation: str) -> list[Any]:
         command: Command = answers[-1].command
         return command
 
-    return [room for room in car.rooms(FRAMES, BEAMS, "float32") if commanded_in(room) is command]
+    return [room for room in car.rooms(turns(4 * BEAMS), BEAMS, "float32") if commanded_in(room) is command]
 
 
 def _case(situation: str) -> Case:

@@ -10,6 +10,7 @@ import numpy as np
 import ttc_fast
 from benches import by_numpy
 from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation
+from benches.inputs import FEWEST, turns
 from ttc_fast import Consensus, LeastSquares, MedianRatio, reference
 
 if TYPE_CHECKING:
@@ -21,7 +22,8 @@ SOURCE = (
 )
 LEAST = 100.0
 """The least distance of a pair that counts, px."""
-POOL = 2
+MOST_PICTURES = 12_000
+"""The reference takes seconds for many matches, whose pairs no branch predictor learns: they come in fewer pictures."""
 HALF = (
     "Half of it is the pass over all pairs; the other half are samples, the few hundred ratios that are decided "
     "one by one, and the call, which do not shrink as the pairs do."
@@ -66,10 +68,15 @@ KINDS = {
 }
 
 
+def _pictures(count: int) -> int:
+    """Return the number of pictures that take turns."""
+    return turns(16 * count, most=max(FEWEST, MOST_PICTURES // count))
+
+
 @lru_cache(maxsize=8)
 def _matches(count: int, dtype: str, kind: str) -> list[Any]:
     random = np.random.default_rng(2026)
-    return [tuple(array.astype(dtype) for array in KINDS[kind](random, count)) for _ in range(POOL)]
+    return [tuple(array.astype(dtype) for array in KINDS[kind](random, count)) for _ in range(_pictures(count))]
 
 
 @lru_cache(maxsize=64)

@@ -10,20 +10,21 @@ import numpy as np
 import ttc_fast
 from benches import by_numpy, car, native
 from benches.case import OURS, Case, Goal, Implementation, close_to_reference
+from benches.inputs import turns
 from ttc_fast import reference
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from types import ModuleType
 
-BEAMS, HORIZON, FRAMES = 1080, 5.0, 64
+BEAMS, HORIZON = 1080, 5.0
 TURNING = car.YAW_RATE
 
 
 @lru_cache(maxsize=2)
 def _frames(as_points: bool) -> list[Any]:
     """Make scans of rooms, or what they see as rows x, y."""
-    rooms = car.rooms(FRAMES, BEAMS, "float32")
+    rooms = car.rooms(turns(4 * BEAMS), BEAMS, "float32")
     if not as_points:
         return list(rooms)
     cos, sin = car.directions(BEAMS)

@@ -16,14 +16,13 @@ import numpy as np
 import ttc_fast
 from benches import by_numba, by_numpy, car, native
 from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation
+from benches.inputs import turns
 from ttc_fast import reference
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from types import ModuleType
 
-POOL_BYTES, POOL_SCANS = 1 << 19, 64
-"""Scans take turns, so that no branch predictor learns one by heart; together they stay near the processor."""
 RATED_SCANS = 64
 
 SHORT_SCAN = (
@@ -129,8 +128,7 @@ class Scans:
 
     def inputs(self) -> list[Any]:
         """Make scans, or batches of them."""
-        nbytes = self._nbytes()
-        calls = min(max(POOL_BYTES // nbytes, 2), POOL_SCANS)
+        calls = turns(self._nbytes())
         scans = _scenes[self.scene](calls * (self.rows or 1), self.beams, self.dtype)
         return list(scans if self.rows is None else scans.reshape(calls, self.rows, self.beams))
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from benches.inputs import turns
 from evaluation.recorded import DATA
 
 if TYPE_CHECKING:
@@ -21,7 +22,8 @@ X, Y, Z, INTENSITY = (2.0, 20.0), (-2.0, 2.0), (-1.5, -0.9), (0.1, 1.0)
 """The bounds of the gate: low things in the own lane that are no part of the own car, and reflect."""
 FRAME = 114_000
 """The number of points of a whole frame."""
-FRAMES = 3
+FRAMES, MOST_FRAMES = 3, 20
+"""Frames that take turns, and the most of small clouds, which a branch predictor would learn by heart otherwise."""
 STEPS = {16: 12, 22: 12, 32: 16, 48: 16}
 """Bytes from record to record, as drivers choose them, and where the intensity is in each."""
 
@@ -29,12 +31,12 @@ _FOLDER = DATA / "kitti" / "velodyne"
 SOURCE = "recorded KITTI frames" if _FOLDER.is_dir() else "our own frames of the same size: no recordings here"
 
 
-@lru_cache(maxsize=1)
-def frames() -> list[Cloud]:
-    """Return frames as rows of x, y, z, intensity, float32, ring after ring."""
+@lru_cache(maxsize=2)
+def frames(count: int = FRAMES) -> list[Cloud]:
+    """Return up to ``count`` frames as rows of x, y, z, intensity, float32, ring after ring."""
     if not _FOLDER.is_dir():
-        return [drawn(seed) for seed in range(FRAMES)]
-    files = sorted(_FOLDER.glob("*.bin.gz"))[:FRAMES]
+        return [drawn(seed) for seed in range(count)]
+    files = sorted(_FOLDER.glob("*.bin.gz"))[:count]
     return [
         ahead(np.frombuffer(gzip.decompress(file.read_bytes()), np.float32).reshape(-1, 4), FRAME) for file in files
     ]
@@ -64,7 +66,7 @@ def ahead(cloud: Cloud, points: int) -> Cloud:
 def clouds(points: int) -> list[Cloud]:
     """Make clouds of a number of points: what a frame has ahead, or frames over and over with noise upon them."""
     if points <= FRAME:
-        return [ahead(frame, points) for frame in frames()]
+        return [ahead(frame, points) for frame in frames(turns(16 * points, MOST_FRAMES, FRAMES))]
     noise = np.random.default_rng(points).normal(0.0, 0.02, (points, 4)).astype(np.float32)
     noise[:, 3] = 0.0
     return [np.resize(frames()[0], (points, 4)) + noise]
