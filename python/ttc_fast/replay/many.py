@@ -168,7 +168,7 @@ def replay_many(
         Foxglove (.mcap) for each log, with the name of the log behind the name that is given. A log that is left out
         gets none.
     report : path, optional
-        A report of all logs (.html, extra ``report``), which holds in memory what it shows: about 100 kB a log.
+        A report of all logs (.html, extra ``report``), which holds in memory what it shows: some 100 kB a log.
     progress : function, optional
         It is called with a ``Progress`` once in a while.
 

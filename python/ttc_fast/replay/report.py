@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from ttc_fast.replay.row import Row
     from ttc_fast.replay.run import Replay
 
-MOST_PICTURES = 20
+MOST_PICTURES = 12
 """A log has pictures of at most this many events, and of its key frame."""
-LOOK = {"dpi": 80, "pil_kwargs": {"quality": 75}}
+LOOK = {"dpi": 80, "pil_kwargs": {"quality": 60}}
 EVENTS = {
     **dict.fromkeys(("log", "reason", "criterion"), "text"),
     **dict.fromkeys(("at, s", "until, s", "frames", "value", "threshold", "TTC, s", "distance, m", "speed, m/s"), ""),
@@ -253,9 +253,9 @@ def _range(curves: list[NDArray[Any]]) -> tuple[float, float]:
 
 
 def _packed(values: NDArray[Any]) -> str:
-    """Return numbers as float32 in base64; NaN, which is a gap, for those that are infinite."""
+    """Return numbers as float32 in base64; NaN, which is a gap, for those that are infinite; nothing if all are."""
     numbers = np.where(np.isfinite(values), values, np.nan).astype("<f4")
-    return base64.b64encode(numbers.tobytes()).decode()
+    return "" if np.isnan(numbers).all() else base64.b64encode(numbers.tobytes()).decode()
 
 
 def _why_nothing(result: Replayed) -> str:
