@@ -16,6 +16,7 @@ from ttc_fast import (
     Command,
     DistanceTracker,
     Estimate,
+    EstimateThreshold,
     Gate,
     IttcThreshold,
     Motion,
@@ -23,6 +24,7 @@ from ttc_fast import (
     ScanSweptPath,
     ScanTTC,
     Status,
+    StoppingDistance,
     SweptPathThreshold,
 )
 from ttc_fast.configuration import Configuration, ConfigurationError
@@ -95,6 +97,65 @@ def test_the_outline_says_where_the_bumper_is(tmp_path: Path) -> None:
     outlined = Replay(tmp_path / "bare.npz", Settings(log_options={"outline": (-2.2, 2.0, -0.9, 0.9)}))
     np.testing.assert_allclose([row.distance for row in outlined], told)
     assert outlined.summary.assumed == ""
+
+
+ROBOT = (-0.1, 0.4, -0.15, 0.15)
+
+
+def test_distances_start_at_the_outline_whatever_the_log_says() -> None:
+    """The log says 2 m. What is 16 m ahead of the lidar is 15.6 m ahead of this outline, in every row of a run."""
+    from_the_log = [row.distance for row in Replay(sample("clouds"))]
+    wanted = np.array(from_the_log) + 1.6
+    for settings, begins in (
+        (Settings(log_options={"outline": ROBOT}), "from the front of the outline, 0.4 m ahead of the lidar"),
+        (Settings(Configuration(scan={"outline": ROBOT})), "from the front of the outline, 0.4 m ahead of the lidar"),
+        (
+            Settings(log_options={"outline": ROBOT, "speed": 5.0}),
+            "along the path, from the outline, x -0.1 to 0.4 m, y -0.15 to 0.15 m",
+        ),
+        (
+            Settings(log_options={"outline": ROBOT, "speed": 5.0}, criteria=(EstimateThreshold(), StoppingDistance())),
+            "along the path, from the outline, x -0.1 to 0.4 m, y -0.15 to 0.15 m; from its front to what the tracker "
+            "follows, where that comes first",
+        ),
+    ):
+        replay = Replay(sample("clouds"), settings)
+        distances = [row.distance for row in replay][:11]  # a stray point is nearer on the path in the last frame
+        np.testing.assert_allclose(distances, wanted[:11], atol=0.3)
+        assert dict(replay.pipeline.about)["distance"] == begins
+
+
+def test_where_the_path_decides_the_row_is_about_the_path() -> None:
+    """The tracker would say less, as the car ahead brakes: it decides nothing, and is no TTC of the row."""
+    said = {"outline": ROBOT, "speed": 5.0}
+    replay = Replay(sample("clouds"), Settings(log_options=said))
+    for row in replay:
+        assert (row.closing_speed, row.ttc) == (5.0, pytest.approx(row.distance / 5.0))
+        assert math.isnan(row.ttc_low)
+    asked = list(Replay(sample("clouds"), Settings(log_options=said, criteria=(EstimateThreshold(),))))
+    assert asked[-1].ttc == pytest.approx(0.860, abs=0.001)
+    assert asked[-1].ttc_low < asked[-1].ttc < asked[-1].ttc_high
+
+
+def test_a_front_offset_that_contradicts_the_outline_is_refused() -> None:
+    with pytest.raises(
+        ConfigurationError, match=r"its front is 0.4 m ahead .* the option front_offset says 2 m; leave"
+    ):
+        Replay(sample("clouds"), Settings(log_options={"outline": ROBOT, "front_offset": 2.0}))
+    same = Replay(sample("clouds"), Settings(log_options={"outline": ROBOT, "front_offset": 0.1, "mount": (0.3, 0, 0)}))
+    assert same.pipeline.lidar.front_offset == pytest.approx(0.1)
+
+
+def test_clouds_on_the_path_that_repeat_are_said_again(tmp_path: Path) -> None:
+    with np.load(sample("clouds")) as archive:
+        count = int(archive["counts"][0])
+        points = np.tile(archive["points"][:count], (3, 1))
+        np.savez(
+            tmp_path / "still.npz", t=np.arange(3) / 10, points=points, counts=np.full(3, count), sensor_height=1.73
+        )
+    rows = list(Replay(tmp_path / "still.npz", Settings(log_options={"outline": ROBOT, "speed": 5.0})))
+    assert [row.distance for row in rows] == [rows[0].distance] * 3
+    assert [row.frame for row in rows] == [0, 1, 2]
 
 
 def without_the_vehicle(log: Path, **settings: Any) -> Replay:

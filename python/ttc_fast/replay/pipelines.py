@@ -2,7 +2,7 @@
 
 ``Scans``: the brake assesses each scan, by what its beams or the path of the vehicle run into.
 ``Clouds``: a tracker follows what is ahead, and the brake evaluates its estimates. With an outline and odometry, or a
-speed, the brake assesses the points on the path of the vehicle instead, as a node does.
+speed, the brake assesses the points on the path of the vehicle instead, as a node does, and the row is about these.
 ``Distances``: a tracker follows the distances, and the brake evaluates its estimates.
 """
 
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 NO_INTERVAL = (math.nan, math.nan)
 OF_ESTIMATES = (EstimateThreshold, RssDistance)
 """The criteria that are about estimates: for them the tracker is asked beside the path as well."""
+TOLERANCE = 0.01
+"""Where the vehicle ends may be said twice with this difference, m."""
 LEAST_CLOSING = 0.1
 """A body that certainly closes at more than this is not the vehicle itself, m/s."""
 
@@ -104,41 +106,11 @@ class Scans:
         self.rated = self.rated or frame.speed is None
         if self._repeats.found(frame.ranges, stamp) and self._row is not None:
             decision = self.controller.decide(stamp, motion_of(frame))
-            said = decision.command, decision.reason
-            return self._row._replace(frame=number, stamp=stamp, command=said[0], reason=said[1], speed=speed)
+            return repeated_row(self._row, number, stamp, speed, decision)
         data = self._kernels.frame(self.controller.brake, self._scan(frame))
         decision = self.controller.decide(stamp, motion_of(frame), stamp=stamp, **data)
-        self._row = self._row_of(number, stamp, speed, decision)
+        self._row = assessed_row(number, stamp, speed, decision)
         return self._row
-
-    def _row_of(self, number: int, stamp: float, speed: float, decision: Decision) -> Row:
-        """Return the row of a decision on a new scan."""
-        command, reason, criterion, threats = decision.command, decision.reason, decision.criterion, decision.threats
-        nearest = None if threats is None else threats.path or threats.beams
-        if threats is None or nearest is None or criterion is None:
-            status = decision.status
-            assert status is not None
-            return Row(number, stamp, math.nan, math.nan, math.inf, status, command, reason, speed=speed)
-        return Row(
-            number,
-            stamp,
-            math.inf if nearest.status is Status.CLEAR else nearest.clearance,
-            nearest.closing_speed,
-            nearest.ttc,
-            nearest.status,
-            command,
-            reason,
-            math.nan,
-            math.nan,
-            math.nan,
-            math.nan,
-            speed,
-            threats.returns,
-            *_compared(criterion, decision),
-            nearest.index,
-            nearest.range,
-            nearest.angle,
-        )
 
 
 class Clouds:
@@ -168,11 +140,11 @@ class Clouds:
         lidar, road = log.lidar, ""
         if lidar.sensor_height is None and not settings.says_heights:
             lidar, road = find_road(log, settings)
-        self.lidar = with_bumper(lidar, self.outline, self.mount)
+        self.lidar = with_bumper(lidar, self.outline, self.mount, settings.log_options.get("front_offset"))
         self.gate = settings.gate_of(self.lidar)
-        self._about = about_clouds(self.gate, self.lidar.front_offset)
-        height = self.lidar.sensor_height
-        self._own_points = None if height is None else OwnPoints(height)
+        self._about = [("gate", bounds_of(self.gate))]
+        sensor_height = self.lidar.sensor_height
+        self._own_points = None if sensor_height is None else OwnPoints(sensor_height)
         if road:
             self._about.insert(0, ("road", road))
         mounted = getattr(log, "mounted", "")
@@ -209,6 +181,10 @@ class Clouds:
         self.controller = ReplayController(configuration, path=self.path)
         criteria = self.controller.criteria
         self._estimates = self.path is None or any(isinstance(each, OF_ESTIMATES) for each in criteria)
+        start = self.lidar.front_offset
+        on_path = None if self.path is None else self._estimates
+        self._about.append(("distance", about_distances(start, self.outline, on_path)))
+        self._row: Row | None = None
 
     def _path_of(self, log: CloudLog) -> SweptPath | None:
         """Return the path by which clouds are assessed where there are an outline and odometry or a speed."""
@@ -229,6 +205,31 @@ class Clouds:
             self._begin_tracking()
         if self._own_points is not None and self._own_points.frames < FRAMES:
             self._own_points.add(forward_left_up(points, self.gate.axes))
+        tracked, gate, repeated = None, self.gate, False
+        data: dict[str, Any] = {}
+        if self._estimates:
+            tracked, gate = self._track(points, stamp)
+            data["estimate"] = Estimate.of(tracked, stamp)
+        if self.path is not None:
+            cloud = self.obstacles(frame.points)
+            repeated = self._repeats.found(cloud, stamp)
+            if not repeated:
+                data |= {"points": cloud, "stamp": stamp}
+        decision = self.controller.decide(stamp, motion_of(frame), **data)
+        plain = robust_min_x(points, gate=gate, estimator=Minimum())
+        nearest = max(plain.nearest_x - self.lidar.front_offset, 0.0)
+        speed = math.nan if frame.speed is None else frame.speed
+        if tracked is not None:
+            row = tracked_row(number, stamp, tracked, frame.speed, decision)
+        elif repeated and self._row is not None:
+            row = repeated_row(self._row, number, stamp, speed, decision)
+        else:
+            row = assessed_row(number, stamp, speed, decision)
+        self._row = row._replace(valid=plain.candidates, nearest=nearest)
+        return self._row
+
+    def _track(self, points: NDArray[Any], stamp: float) -> tuple[TrackedTTC, Gate]:
+        """Return what a tracker says of a cloud, and in which gate."""
         tracked, gate = self._tracker.update(points, stamp), self.gate
         if self._near is not None and self._within is not None:
             near = self._near.update(points, stamp)
@@ -237,16 +238,7 @@ class Clouds:
         own = self._tracker.own_vehicle
         if own is not None:
             self._own_frames, self._own_distance = self._own_frames + 1, own
-        data: dict[str, Any] = {"estimate": Estimate.of(tracked, stamp)} if self._estimates else {}
-        if self.path is not None:
-            cloud = self.obstacles(frame.points)
-            if not self._repeats.found(cloud, stamp):
-                data |= {"points": cloud, "stamp": stamp}
-        decision = self.controller.decide(stamp, motion_of(frame), **data)
-        plain = robust_min_x(points, gate=gate, estimator=Minimum())
-        nearest = max(plain.nearest_x - self.lidar.front_offset, 0.0)
-        row = tracked_row(number, stamp, tracked, frame.speed, decision)
-        return row._replace(valid=plain.candidates, nearest=nearest)
+        return tracked, gate
 
     @property
     def about(self) -> list[tuple[str, str]]:
@@ -325,6 +317,42 @@ class Distances:
         return tracked_row(number, stamp, tracked, frame.speed, decision)
 
 
+def assessed_row(number: int, stamp: float, speed: float, decision: Decision) -> Row:
+    """Return the row of a decision on a new scan, or on a new cloud by the path."""
+    command, reason, criterion, threats = decision.command, decision.reason, decision.criterion, decision.threats
+    nearest = None if threats is None else threats.path or threats.beams
+    if threats is None or nearest is None or criterion is None:
+        status = decision.status
+        assert status is not None
+        return Row(number, stamp, math.nan, math.nan, math.inf, status, command, reason, speed=speed)
+    return Row(
+        number,
+        stamp,
+        math.inf if nearest.status is Status.CLEAR else nearest.clearance,
+        nearest.closing_speed,
+        nearest.ttc,
+        nearest.status,
+        command,
+        reason,
+        math.nan,
+        math.nan,
+        math.nan,
+        math.nan,
+        speed,
+        threats.returns,
+        *_compared(criterion, decision),
+        nearest.index,
+        nearest.range,
+        nearest.angle,
+    )
+
+
+def repeated_row(before: Row, number: int, stamp: float, speed: float, decision: Decision) -> Row:
+    """Return the row of a frame whose readings are those of the row before, to the bit."""
+    said = decision.command, decision.reason
+    return before._replace(frame=number, stamp=stamp, command=said[0], reason=said[1], speed=speed)
+
+
 def tracked_row(number: int, stamp: float, tracked: TrackedTTC, speed: float | None, decision: Decision) -> Row:
     """Return the row of a tracker's result, or of what is on the path where that comes first."""
     path = None if decision.threats is None else decision.threats.path
@@ -389,11 +417,20 @@ def with_axes(gate: Gate, axes: Axes) -> Gate:
     return Gate(**(gate.__getnewargs_ex__()[1] | {"axes": axes}))
 
 
-def with_bumper(lidar: Lidar, outline: Any, mount: Any) -> Lidar:
-    """Return the lidar with the distance to the bumper by the outline, unless the log says it."""
-    if lidar.front_offset or outline is None:
+def with_bumper(lidar: Lidar, outline: Any, mount: Any, said: float | None) -> Lidar:
+    """Return the lidar with the distance to the front of the outline, if there is one, whatever the log says.
+
+    ``said`` is the ``front_offset`` of the user, which must not contradict the outline.
+    """
+    if outline is None:
         return lidar
     offset = max(outline[1] - mount[0], 0.0)
+    if said is not None and abs(said - offset) > TOLERANCE:
+        where = f"its front is {offset:g} m ahead of the lidar, which is at x {mount[0]:g} m"
+        raise ConfigurationError(
+            f"outline: {where}, and {option('front_offset')} says {said:g} m; leave one of them out, or say where the "
+            f"lidar is with {option('mount')}"
+        )
     return replace(lidar, front_offset=offset, vehicle_reach=max(lidar.vehicle_reach or 0.0, offset))
 
 
@@ -429,19 +466,29 @@ def about_scans(log: ScanLog, outline: Any, mount: tuple[float, ...]) -> list[tu
     if outline is None:
         problem = "from the scanner, so TTC is too long by (scanner to edge of the vehicle) / closing speed"
         return [("scanner", scanner), ("distance", f"{problem}; {option('outline')} says where the vehicle ends")]
-    rear, front, right, left = outline
-    return [
-        ("scanner", scanner),
-        ("distance", f"from the outline, x {rear:g} to {front:g} m, y {right:g} to {left:g} m"),
-    ]
+    return [("scanner", scanner), ("distance", from_outline(outline))]
 
 
-def about_clouds(gate: Gate, front_offset: float) -> list[tuple[str, str]]:
-    """Return the lines of a summary that say what the numbers of clouds rest on."""
+def bounds_of(gate: Gate) -> str:
+    """Return the bounds of a gate, for people."""
     bounds = {"x": gate.x, "y": gate.y, "z": gate.z, "intensity": gate.intensity}
-    limits = [f"{name} {low:g} to {high:g}" for name, bound in bounds.items() if bound for low, high in [bound]]
-    too_long = "from the lidar, so TTC is too long by (lidar to bumper) / closing speed"
-    start = f"{too_long}; {option('front_offset')} says how far that is"
-    if front_offset:
-        start = f"from the bumper, {front_offset:g} m ahead of the lidar"
-    return [("gate", ", ".join(limits)), ("distance", start)]
+    return ", ".join(f"{name} {low:g} to {high:g}" for name, bound in bounds.items() if bound for low, high in [bound])
+
+
+def about_distances(front_offset: float, outline: Any, on_path: bool | None) -> str:
+    """Say where the distances of clouds begin. ``on_path`` is None without a path, True if a tracker decides too."""
+    if outline is None:
+        if front_offset:
+            return f"from the bumper, {front_offset:g} m ahead of the lidar"
+        too_long = "from the lidar, so TTC is too long by (lidar to bumper) / closing speed"
+        return f"{too_long}; {option('front_offset')} says how far that is"
+    if on_path is None:
+        return f"from the front of the outline, {front_offset:g} m ahead of the lidar"
+    along = f"along the path, {from_outline(outline)}"
+    return f"{along}; from its front to what the tracker follows, where that comes first" if on_path else along
+
+
+def from_outline(outline: Any) -> str:
+    """Say where the outline is."""
+    rear, front, right, left = outline
+    return f"from the outline, x {rear:g} to {front:g} m, y {right:g} to {left:g} m"

@@ -29,7 +29,8 @@ class Row(NamedTuple):
     stamp : float
         Time of the frame by the clock of the log, s.
     distance : float
-        Distance to what is nearest in time, m: from the outline where there is one, along the path where that decides.
+        Distance to what is nearest in time, m: from the outline where there is one, along the path where that decides;
+        otherwise from the bumper or the sensor. The replay prints which, and it is the same in all rows of a log.
         inf where nothing is there (CLEAR), NaN where it is not known or nothing comes closer.
     closing_speed : float
         Closing speed, m/s, positive when approaching; NaN where it is not known.
