@@ -167,7 +167,7 @@ KEPT = {
             lambda controller: controller.update(9.0, motion=ttc_fast.Motion(3.0), override="yes"),
         ],
         extreme=[
-            lambda controller, frame: controller.update(1e10 + frame, motion=ttc_fast.Motion(1e300)),
+            lambda controller, frame: controller.update(1e10 + frame, motion=ttc_fast.Motion(2.9e8)),
             lambda controller, frame: controller.update(
                 1e10 + frame, ranges=np.full(BEAMS, 1e-300), stamp=1e10 + frame, motion=ttc_fast.Motion(-1e3)
             ),
