@@ -121,6 +121,7 @@ for path in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="measures memory in KiB, as Linux has it")
 def test_what_unpacks_to_too_much_is_refused_and_says_how_the_limit_is_raised(tmp_path: Path) -> None:
     paths = list(map(str, bombs(tmp_path)))

@@ -75,6 +75,7 @@ def test_scales_and_heights(previous: float, current: float, dt: float) -> None:
     assert found >= 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("count", [700, 1501])
 @pytest.mark.parametrize("world", sorted(WORLDS))

@@ -178,6 +178,7 @@ def test_adversarial_orders_on_a_curve(order: NDArray[np.float64], estimator: An
     assert_parity(LAYOUTS["records, as of Velodyne"](scene(order, np.float32)), gate, estimator)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("min_points", [1, 3, 40, 3000])
 @pytest.mark.parametrize("tolerance", [0.05, 0.4, 5.0])
 @pytest.mark.parametrize("order", ORDERS.values(), ids=list(ORDERS))
@@ -185,6 +186,7 @@ def test_adversarial_orders_of_clusters(order: NDArray[np.float64], tolerance: f
     assert_parity(scene(order[::17], np.float32), Gate(), ttc_fast.Cluster(tolerance, min_points))
 
 
+@pytest.mark.slow
 @both_dtypes
 @pytest.mark.parametrize("spacing", [0.05, 0.1, 0.15, 1.0])
 def test_links_exactly_as_long_as_the_tolerance(spacing: float, dtype: Any) -> None:

@@ -101,7 +101,7 @@ def test_a_table_of_logs_in_a_file(suffix: str, tmp_path: Path) -> None:
             read: list[dict[str, Any]] = list(csv.DictReader(lines))
     else:
         read = pyarrow.parquet.read_table(file).to_pylist()
-        assert [len(line["events"]) for line in read] == [2, 1, 0]
+        assert [len(line["events"]) for line in read] == [1, 1, 0]
     assert [line["log"] for line in read] == paths
     assert [int(line["exit_code"]) for line in read] == [0, 0, 3]
     assert [int(line["frames"]) for line in read] == [12, 129, 0]

@@ -43,6 +43,7 @@ def graph(tmp_path: Path) -> Iterator[Ros1Graph]:
         print(graph.logs())  # pytest shows it when the test has failed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("setting", "asked"), [("brake_speed = 0.0", 0.0), ("brake_speed = 0.5", 0.5)])
 def test_a_thousand_scans(graph: Ros1Graph, setting: str, asked: float) -> None:
     """Every decision is that of the bare rule: the range over the speed, below the threshold."""
