@@ -376,3 +376,26 @@ def test_a_pattern_is_looked_up_whatever_quotes_it(tmp_path: Path, capsys: pytes
     assert logs("[odd].csv") == ["[odd].csv"]
     assert main(["replay", str(tmp_path / "*.bag")]) == 3
     assert capsys.readouterr().err == f"ttc-fast: {tmp_path}/*.bag: nothing matches it\n"
+
+
+def test_several_logs_ignore_the_options_that_they_have_no_use_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "gaps.csv").write_text("stamp,distance\n" + "".join(f"{i / 10},{9 - i / 10}\n" for i in range(9)))
+    table, nowhere = str(tmp_path / "gaps.csv"), str(tmp_path / "nope.bag")
+    said = ["--outline", "-0.1", "0.4", "-0.15", "0.15", "--gate-y", "-1", "1", "--sensor-height", "1.73"]
+    said += ["--criterion", "SweptPathThreshold:threshold=1.2"]
+    out = ["--out", str(tmp_path / "out"), "--jobs", "1"]
+    assert main(["replay", table, *said[:5], *out]) == 3
+    assert "a table of distances has no use for --outline" in capsys.readouterr().out
+    assert main(["replay", table, str(SCANS), str(CLOUDS), nowhere, *said, *out]) == 5
+    told = capsys.readouterr()
+    assert "of 4 logs 1 could not be read whole" in told.err
+    assert f"failed      {nowhere}: cannot be opened" in told.out
+    assert f"ASSUMED     {table}: SweptPathThreshold(threshold=1.2) needs a scan" in told.out
+    lines = {line["log"]: line for line in pyarrow.parquet.read_table(tmp_path / "out" / "logs.parquet").to_pylist()}
+    assert [(lines[log]["frames"], lines[log]["exit_code"]) for log in (table, str(SCANS), str(CLOUDS))] == [
+        (9, 0),
+        (129, 0),
+        (12, 0),
+    ]

@@ -104,7 +104,7 @@ def open_log(path: str | PathLike[str], **options: Any) -> AnyLog:
     (12, 1.73, 2.0, 'float32')
     """
     place = located(path)
-    names = [each.name for each in settings_of(LogOptions)]
+    names = [*(each.name for each in settings_of(LogOptions)), "ignore_useless"]
     for name in options:
         if name not in names:
             raise TypeError(f"open_log has no option {name!r}: {hint(name, names)}")

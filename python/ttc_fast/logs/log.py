@@ -63,6 +63,10 @@ class LogError(Exception):
         return "{}: {}".format(*self.args)
 
 
+class UselessOptionError(LogError):
+    """A log has no use for an option."""
+
+
 class ReadErrors:
     """The errors of reading a log, collected while the rest of it is read.
 

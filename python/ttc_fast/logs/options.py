@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ttc_fast._settings import MOUNT, OUTLINE, Choice, Flag, Number, Text, Texts, check_fields, option, setting
 from ttc_fast.logs.files import UNPACKED
-from ttc_fast.logs.log import LogError
+from ttc_fast.logs.log import UselessOptionError
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -65,6 +65,8 @@ class LogOptions:
     axes : (str, str, str) or None
         Which stored coordinates of the points are forward, left and up: ("x", "y", "z") by REP 103, ("y", "-x", "z")
         where y is forward and x right; as in ``Gate``.
+    ignore_useless : bool
+        Whether options that this kind of log has no use for are ignored instead of refused.
 
     Raises
     ------
@@ -134,6 +136,8 @@ class LogOptions:
         "The stored coordinates of a lidar that are forward, left and up, such as x,-y,-z if it hangs upside down.",
     )
 
+    ignore_useless: bool = False
+
     def __post_init__(self) -> None:
         check_fields(self)
 
@@ -143,11 +147,13 @@ class LogOptions:
         return UNPACKED if self.max_unpacked is None else int(self.max_unpacked * 1e6)
 
     def only(self, known: Collection[str], path: Path, kind: str) -> None:
-        """Refuse the options that this kind of log does not know."""
+        """Refuse the options that this kind of log does not know, unless they are to be ignored."""
+        if self.ignore_useless:
+            return
         for name in (field.name for field in fields(self)):
-            if getattr(self, name) is not None and name not in (*known, "max_unpacked"):
+            if getattr(self, name) is not None and name not in (*known, "max_unpacked", "ignore_useless"):
                 has = ", ".join(option(each).removeprefix("the option ") for each in known)
-                raise LogError(path, f"{kind} has no use for {option(name)}; leave it out (it knows {has})")
+                raise UselessOptionError(path, f"{kind} has no use for {option(name)}; leave it out (it knows {has})")
 
     def applied(self, thing: SizeT, names: Collection[str]) -> SizeT:
         """Return a scanner or a lidar with what the user said of it."""

@@ -29,6 +29,7 @@ from ttc_fast._exit_codes import DONE, FAILED, INTERRUPTED, UNREADABLE, USAGE
 from ttc_fast._settings import ON_COMMAND_LINE
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import LogError
+from ttc_fast.logs.log import UselessOptionError
 from ttc_fast.logs.storage import StorageError, absolute, found, located, remove, size_and_time, written_whole
 from ttc_fast.replay.dataset import Dataset, Made, Replayed, digest_of, exit_code_of
 from ttc_fast.replay.executors import Processes, StartError, ThisProcess, adapted
@@ -151,7 +152,7 @@ def replay_many(
     paths : path, or iterable of path
         The logs. Each is a path, or a URL of fsspec (extra ``fleet``); ``*``, ``?`` and ``[`` match in both.
     settings : Settings, optional
-        The settings of all logs.
+        The settings of all logs. Several logs ignore the options that they have no use for (``ignore_useless``).
     executor : concurrent.futures.Executor, optional
         What replays them, such as ``client.get_executor()`` of a Dask client; by default processes of this machine.
     jobs : int, optional
@@ -198,6 +199,7 @@ def replay_many(
     """
     settings = Settings() if settings is None else settings
     logs = found(paths)
+    settings = replace(settings, ignore_useless=settings.ignore_useless or len(logs) > 1)
     if executor is not None:
         runs: Executor = adapted(executor)
     else:
@@ -361,6 +363,7 @@ def _opened(task: Task, made: Made | None) -> Replay | Replayed:
     except LogError as error:
         why = error.__cause__
         of_the_log = not isinstance(why, (ImportError, OSError)) or isinstance(why, gzip.BadGzipFile)
+        of_the_log = of_the_log and not isinstance(error, UselessOptionError)
         return _without_rows(task, str(error), UNREADABLE, made if of_the_log else None)
     except ConfigurationError as error:
         return _without_rows(task, f"{task.name}: {task.settings.typed(error)}", USAGE, made)

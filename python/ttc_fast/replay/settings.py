@@ -15,8 +15,7 @@ from ttc_fast.brake.criteria import TtcThreshold
 from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.brake.types import Needs
 from ttc_fast.configuration import Configuration, ConfigurationError
-from ttc_fast.logs import LogError
-from ttc_fast.logs.log import REP_103
+from ttc_fast.logs.log import REP_103, UselessOptionError
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -47,6 +46,10 @@ class Settings:
         Bounds ``x``, ``y``, ``z`` and ``intensity`` of the gate, which win over ``configuration``.
     criteria : tuple of criteria or None
         The criteria; None leaves them to ``configuration``.
+    ignore_useless : bool
+        Whether options and criteria that a log has no use for are treated as those of a file: options are ignored, and
+        an ``EstimateThreshold`` takes the place of a criterion. Otherwise they are refused. ``replay_many`` sets it
+        where there are several logs.
 
     Examples
     --------
@@ -61,6 +64,7 @@ class Settings:
     log_options: dict[str, Any] = field(default_factory=dict)
     gate: dict[str, tuple[float, float]] = field(default_factory=dict)
     criteria: tuple[Criterion, ...] | None = None
+    ignore_useless: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
         for name, table in (("log_options", self.log_options), ("gate", self.gate)):
@@ -74,7 +78,8 @@ class Settings:
     @property
     def of_log(self) -> dict[str, Any]:
         """The options that a log is opened with. Those of the scanner are left out, as clouds use some of them too."""
-        return {name: value for name, value in self.log_options.items() if name not in SCANNER}
+        said = {name: value for name, value in self.log_options.items() if name not in SCANNER}
+        return {**said, "ignore_useless": self.ignore_useless}
 
     @property
     def of_scanner(self) -> dict[str, Any]:
@@ -89,10 +94,12 @@ class Settings:
 
     def refuse_useless(self, path: Path, kind: str, uses: Collection[str]) -> None:
         """Raise if an option of scanner or gate has no use for this kind of log. A file may serve several kinds."""
+        if self.ignore_useless:
+            return
         said = [name for name in SCANNER if self.log_options.get(name) is not None]
         for name in (*said, *(f"gate_{name}" for name in self.gate)):
             if name not in uses:
-                raise LogError(path, f"{kind} has no use for {option(name)}; leave it out")
+                raise UselessOptionError(path, f"{kind} has no use for {option(name)}; leave it out")
 
     def typed(self, error: ConfigurationError) -> str:
         """Return what is wrong, in which an option that the user gave has the name by which it is typed."""
@@ -117,13 +124,14 @@ class Settings:
         speed. Criteria that are given otherwise hold as they are.
         """
         configured = self.configured()
-        criteria = None if self.criteria else configured.criteria
+        criteria = None if self.criteria and not self.ignore_useless else configured.criteria
+        origin = "" if self.criteria else " of the file"
         out = [each for each in criteria or () if each.needs is Needs.BEAMS or (each.needs is Needs.PATH and not path)]
         if not out or criteria is None:
             return configured, ""
         thresholds = [each.threshold for each in out if isinstance(each, TtcThreshold)]
         kept: list[Criterion] = [each for each in criteria if each not in out]
-        said = " and ".join(f"{each} of the file needs {NEEDED[each.needs]}" for each in out)
+        said = " and ".join(f"{each}{origin} needs {NEEDED[each.needs]}" for each in out)
         if thresholds and not any(isinstance(each, EstimateThreshold) for each in kept):
             kept.insert(0, EstimateThreshold(max(thresholds)))
             return replace(configured, criteria=tuple(kept)), f"{said}: {kept[0]} takes its place here"

@@ -264,7 +264,7 @@ def print_summaries(summaries: list[Summary], console: Console) -> None:
         first = f"{each.events[0].begin.stamp:.2f}" if each.events else "-"
         brakes = f"{each.brakes}{' +1 start' if each.start else ''}"
         numbers = (str(each.frames), least, f"{each.exposed:.2f}", f"{each.integrated:.2f}", brakes, first)
-        lost = Text("  lost" if each.lost else "", style="bold magenta")
+        lost = Text(f"  {_fate(each)}" if each.lost else "", style="bold magenta")
         table.add_row(*numbers, str(each.invalid), str(each.stale), Text(each.path) + lost)
     console.print(table)
     for each in summaries:
@@ -273,4 +273,9 @@ def print_summaries(summaries: list[Summary], console: Console) -> None:
         for odd in each.odd:
             line(console, "odd", f"{each.path}: {odd}")
         if each.lost:
-            line(console, "lost", each.lost)
+            line(console, _fate(each), each.lost)
+
+
+def _fate(summary: Summary) -> str:
+    """Return what became of a log with a problem: a part of it is lost, or it failed as a whole."""
+    return "lost" if summary.frames else "failed"
