@@ -41,7 +41,7 @@ class Status(NamedInt):
     TOO_FEW
         There are fewer points than the estimator needs.
     WARMING_UP
-        There were too few frames so far.
+        There were too few frames so far, or the first ones contradict each other.
     LOST
         The target was there and is not there any more. Only trackers give it.
     STALE

@@ -416,3 +416,14 @@ def test_threads_may_share_a_tracker() -> None:
     assert len(results) == 8000
     for result in results:
         allowed(result)
+
+
+@pytest.mark.parametrize("speed", [1.0, 5.0])
+@pytest.mark.parametrize("rate", [10.0, 20.0])
+def test_what_surely_closes_is_not_said_to_stand(speed, rate):
+    tracker = ttc_fast.DistanceTracker()
+    for frame in range(30):
+        seen = tracker.update(20.0 - speed * frame / rate, stamp=frame / rate)
+        if seen.status is ttc_fast.Status.NOT_CLOSING:
+            assert seen.closing_speed_interval[0] <= 0.05
+    assert seen.status is ttc_fast.Status.CLOSING

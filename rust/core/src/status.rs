@@ -16,7 +16,7 @@ pub enum Status {
     Contact = 3,
     /// There are fewer points than the estimator needs, or fewer beams than the vote.
     TooFew = 4,
-    /// There were too few frames so far.
+    /// There were too few frames so far, or the first ones contradict each other.
     WarmingUp = 5,
     /// The target was there, and is not seen any more.
     Lost = 6,

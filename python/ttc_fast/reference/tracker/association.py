@@ -194,7 +194,11 @@ class DistanceTracker:
             return only_where(Status.WARMING_UP, track.last.distance)
         quantile = NORMAL if track.last.has_own_variance else self._noise.quantile
         closes = track.stationary.closes(posterior, quantile, track.correlation.variance_factor)
-        return of_posterior(posterior, quantile, closes and bool(posterior.mean[1] > self._min_closing_speed))
+        answer = of_posterior(posterior, quantile, closes and bool(posterior.mean[1] > self._min_closing_speed))
+        low, _ = answer.closing_speed_interval or (-math.inf, math.inf)
+        if answer.status is Status.NOT_CLOSING and low > self._min_closing_speed and track.stationary.is_young:
+            return replace(answer, status=Status.WARMING_UP)  # the line proves nothing yet, and the filter contradicts
+        return answer
 
 
 def _prefers_tentative(confirmed: Track, innovation: Innovation, tentative: Innovation) -> bool:

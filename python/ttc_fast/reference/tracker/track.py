@@ -34,6 +34,8 @@ MEMORY = 0.4
 """Memory of the line of the stationary test, s."""
 SIGNIFICANT = 6.0
 """The slope of the line is significant from this many standard deviations on."""
+PROOF = 10
+"""From this number of frames on a level line proves that the gap is stationary, against any filter."""
 TOGETHER = 0.1
 """Distances within this time count as one, s: the noise of a front edge that drifts does not average out in less."""
 FRAMES = 30
@@ -224,6 +226,11 @@ class StationaryTest:
             self.spread += (clipped(normalized) ** 2 - self.spread) / FRAMES
             new = replace(new, distance=predicted.mean[0] + pull * deviation)
         self.line.update(new)
+
+    @property
+    def is_young(self) -> bool:
+        """Whether a level line proves nothing yet."""
+        return self.line.frames < PROOF
 
     def closes(self, posterior: Posterior, quantile: float, variance_factor: float) -> bool:
         """Whether the gap closes, by the posterior of a filter.

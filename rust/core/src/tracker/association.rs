@@ -217,7 +217,13 @@ impl DistanceTracker {
         let quantile = if track.last.has_own_variance { NORMAL } else { self.noise.quantile() };
         let closes = posterior.closing_speed > self.settings.min_closing_speed
             && track.stationary.closes(&posterior, quantile, track.correlation.variance_factor());
-        TrackedTtc::new(posterior, quantile, closes)
+        let answer = TrackedTtc::new(posterior, quantile, closes);
+        let surely_closes = answer.closing_speed_interval.is_some_and(|[low, _]| low > self.settings.min_closing_speed);
+        if answer.status == Status::NotClosing && surely_closes && track.stationary.is_young() {
+            answer.with(Status::WarmingUp) // the line proves nothing yet, and the filter contradicts it
+        } else {
+            answer
+        }
     }
 }
 

@@ -301,6 +301,8 @@ impl StationaryTest {
     const FRAMES: f64 = 30.0;
     /// The largest factor on the variance of the slope: the line is no model of a car that brakes.
     const MOST_SPREAD: f64 = 4.0;
+    /// From this number of frames on a level line proves that the gap is stationary, against any filter.
+    const PROOF: u32 = 10;
     /// An outlier pulls at the line as if it were at most this many standard deviations away.
     const PULL: f64 = 3.0;
 
@@ -332,6 +334,11 @@ impl StationaryTest {
         self.last = normalized;
         self.spread += (clipped(normalized).powi(2) - self.spread) / Self::FRAMES;
         self.line.update(Measurement { distance: predicted.distance + pull * deviation, ..new });
+    }
+
+    /// Whether a level line proves nothing yet.
+    pub(super) fn is_young(&self) -> bool {
+        self.line.frames < Self::PROOF
     }
 
     /// Whether the gap closes, by the posterior of a filter. `quantile` is half an interval in standard deviations, and
