@@ -160,6 +160,23 @@ def test_a_stray_point_changes_nothing() -> None:
         assert abs(with_it.distance - without.distance) < 0.02
 
 
+@every_module
+def test_cells_that_contradict_each_other_widen_the_interval(module: Any) -> None:
+    """Two rings of a sparse lidar on a car: the upper one slides from the rear on to the boot, half of all cells."""
+    tracker = module.CloudTracker(Gate(z=None))
+    y = np.arange(-0.75, 0.8, 0.1)
+    rows = len(y)
+    for frame in range(6):
+        x = 15.0 - 0.5 * frame
+        upper = x + (0.27 if frame >= 3 else 0.0)
+        ahead = np.concatenate([np.full(rows, x), np.full(rows, upper), np.full(rows, upper)])
+        cloud = np.column_stack([ahead, np.tile(y, 3), np.repeat([-0.9, -0.78, -0.72], rows)])
+        seen = tracker.update(cloud, stamp=0.1 * frame)
+        if frame >= 2:
+            low, high = seen.closing_speed_interval
+            assert low <= 5.0 <= high
+
+
 def test_a_lost_car_goes_on_as_it_did_and_then_is_forgotten() -> None:
     tracker = ttc_fast.CloudTracker()
     before = follow(tracker, [wall(9.0 - 0.2 * number) for number in range(6)])[-1]

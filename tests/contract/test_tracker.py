@@ -420,7 +420,7 @@ def test_threads_may_share_a_tracker() -> None:
 
 @pytest.mark.parametrize("speed", [1.0, 5.0])
 @pytest.mark.parametrize("rate", [10.0, 20.0])
-def test_what_surely_closes_is_not_said_to_stand(speed, rate):
+def test_what_surely_closes_is_not_said_to_stand(speed: float, rate: float) -> None:
     tracker = ttc_fast.DistanceTracker()
     for frame in range(30):
         seen = tracker.update(20.0 - speed * frame / rate, stamp=frame / rate)

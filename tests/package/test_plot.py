@@ -128,6 +128,19 @@ def test_a_notebook_shows_it_and_axes_may_be_given() -> None:
     assert axes.lines
 
 
+def test_the_panels_of_a_history_take_the_place_of_given_axes() -> None:
+    mine = Figure()
+    place, other = mine.subplots(2)
+    tracker = DistanceTracker()
+    answers = [tracker.update(30.0 - i, stamp=0.1 * i) for i in range(20)]
+    assert ttc_fast.plot(answers, axes=place) is mine
+    drawn_into = [axes for axes in mine.axes if axes is not other]
+    assert [bool(axes.lines) for axes in drawn_into] == [True] * 3
+    assert min(axes.get_position().y0 for axes in drawn_into) > other.get_position().y1
+    with pytest.raises(ValueError, match="axes must be a subplot"):
+        ttc_fast.plot(answers, axes=mine.add_axes((0.0, 0.0, 1.0, 1.0)))
+
+
 def test_nothing_valid_is_drawn_as_nothing() -> None:
     blind = np.full(301, np.nan)
     assert drawn(ttc_fast.plot(SCAN.nearest(blind, 4.0), blind, scan=SCAN, motion=4.0), ALARM) == 0

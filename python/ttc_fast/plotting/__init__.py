@@ -76,7 +76,8 @@ def plot(
     ahead : float, optional
         What comes within this is drawn as a threat, s; by default the threshold of the decision, or 1.5.
     axes : matplotlib Axes, optional
-        Where to draw the view; by default into a figure of its own.
+        Where to draw; by default into a figure of its own. Answers over time have three panels, which take the place
+        of these axes.
 
     Returns
     -------
@@ -89,7 +90,7 @@ def plot(
     TypeError
         If the answer cannot be drawn, or what it needs beside it was not given.
     ValueError
-        If the frame does not fit the scanner.
+        If the frame does not fit the scanner, or if ``axes`` are no subplot and three panels cannot take their place.
 
     Examples
     --------
@@ -105,7 +106,7 @@ def plot(
     except ModuleNotFoundError as error:
         raise missing("ttc_fast.plot", "matplotlib") from error
     if isinstance(result, (list, tuple)) and result and all(isinstance(each, TrackedTTC) for each in result):
-        return _history(result, stamps)
+        return _history(result, stamps, axes)
     from ttc_fast.plotting.birds_eye import draw_birds_eye
 
     speed = Motion(float(motion)) if isinstance(motion, (int, float)) else motion
@@ -220,7 +221,7 @@ def _of_cloud(result: Any, cloud: Any, gate: Gate, front_offset: float) -> View:
     return view_of_body(_title(result), points, (*gate.x, *gate.y), x)
 
 
-def _history(tracked: Sequence[TrackedTTC], stamps: ArrayLike | None) -> Figure:
+def _history(tracked: Sequence[TrackedTTC], stamps: ArrayLike | None, place: Axes | None) -> Figure:
     """Draw distance, closing speed and TTC of a tracker over time."""
     from ttc_fast.plotting.history import History, draw_history
     from ttc_fast.plotting.style import open_figure
@@ -242,8 +243,20 @@ def _history(tracked: Sequence[TrackedTTC], stamps: ArrayLike | None) -> Figure:
         (ttc[:, 0], ttc[:, 1]),
         np.array([each.status for each in tracked]),
     )
-    figure = open_figure("", "", HISTORY)
-    axes = draw_history(figure, figure.add_gridspec(3, 1, height_ratios=(1, 0.8, 1.5)), history)
+    ratios = (1, 0.8, 1.5)
+    if place is None:
+        figure: Any = open_figure("", "", HISTORY)
+        panels: Any = figure.add_gridspec(3, 1, height_ratios=ratios)
+    else:
+        figure, spec = place.figure, place.get_subplotspec()
+        if spec is None:
+            raise ValueError(
+                "axes must be a subplot, such as plt.subplots makes, to hold the three panels of a history"
+            )
+        panels = spec.subgridspec(3, 1, height_ratios=ratios)
+        place.remove()
+    axes = draw_history(figure, panels, history)
     axes.set(xlabel="time, s" if stamps is not None else "frame")
-    figure.draw_without_rendering()
-    return figure
+    if place is None:
+        figure.draw_without_rendering()
+    return figure  # type: ignore[no-any-return]

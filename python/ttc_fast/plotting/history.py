@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.gridspec import GridSpec
+    from matplotlib.gridspec import GridSpecBase
     from numpy.typing import NDArray
 
     Numbers = NDArray[np.float64]
@@ -71,7 +71,9 @@ class History:
     thresholds: tuple[float, ...] = ()
 
 
-def draw_history(figure: Figure, grid: GridSpec, history: History, mark: Callable[[Axes], None] | None = None) -> Axes:
+def draw_history(
+    figure: Figure, grid: GridSpecBase, history: History, mark: Callable[[Axes], None] | None = None
+) -> Axes:
     """Draw the three into the first column of a grid, and return the axes of the TTC. ``mark`` draws into each."""
     ttc = figure.add_subplot(grid[2, 0])
     distance, closing = (figure.add_subplot(grid[row, 0], sharex=ttc) for row in (0, 1))

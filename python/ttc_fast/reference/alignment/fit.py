@@ -40,10 +40,10 @@ def trend(sightings: Sequence[Sighting], settings: Alignment) -> Trend | None:
     observed = observe(sightings)
     stamps = np.array([sighting.stamp for sighting in sightings])
     edges = np.array([sighting.edge for sighting in sightings])
-    weight, x, noise = irls_weights(observed, len(sightings), settings.range_noise)
+    weight, x, noise, doubt = irls_weights(observed, len(sightings), settings.range_noise)
     position, covariance = positions(observed, weight, x, len(sightings))
     try:
-        found = estimate(stamps - stamps[-1], position, noise * covariance)
+        found = estimate(stamps - stamps[-1], position, noise * covariance + np.diag(doubt))
     except np.linalg.LinAlgError:  # squares of coordinates beyond 1e154 overflow
         return None
     return Trend(float(np.median(edges - position)) + found.position, -found.speed, found.ss)

@@ -8,7 +8,7 @@ an edge that is met in one frame and missed in the next, another car) loses its 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,10 @@ KNOWN_NOISE = 8.0
 """The prior weight of the given range noise, in residuals."""
 ENOUGH = 3
 """The fewest cells in common that make a median."""
+FAR = 5.0
+"""Cells that are farther than this from the median of their frame contradict it, in range noises."""
+MOST_FAR = 0.25
+"""A frame contradicts itself where a larger share of its cells is far from the median."""
 REACH = 10
 """The most levels between two cells of a column that show the slope of the surface."""
 STEEPEST = 2.0
@@ -99,13 +103,24 @@ def observe(sightings: Sequence[Sighting]) -> CellObservations:
     )
 
 
-def irls_weights(observed: CellObservations, frames: int, range_noise: float) -> tuple[Doubles, Doubles, float]:
-    """Estimate the surface, the position of each frame and the weights in turns: iteratively reweighted least squares.
+class Weights(NamedTuple):
+    """The weights of the observations, and what they imply."""
 
-    Returns the weight of each entry, its x with the slope of the surface taken out, and the variance of a point.
-    """
+    weight: Doubles
+    """The weight of each entry."""
+    x: Doubles
+    """The distance of each entry with the slope of the surface taken out, m."""
+    noise: float
+    """The variance of a point, m^2."""
+    doubt: Doubles
+    """The variance of each frame because its cells contradict each other, m^2; 0 where they agree."""
+
+
+def irls_weights(observed: CellObservations, frames: int, range_noise: float) -> Weights:
+    """Estimate surface, position of each frame and weights in turns: iteratively reweighted least squares."""
     cells = len(observed.level) + 1
-    position, slope, weight = _first_positions(observed, frames), np.zeros(cells), observed.count
+    position, doubt = _first_positions(observed, frames, FAR * range_noise)
+    slope, weight = np.zeros(cells), observed.count
     known = range_noise**2
     free = max(len(observed.x) - cells - frames + 1, 1)
     for _ in range(ROUNDS):
@@ -121,24 +136,37 @@ def irls_weights(observed: CellObservations, frames: int, range_noise: float) ->
         found = NORMAL**2 * float(np.median(residual)) * len(residual) / free
         noise = (KNOWN_NOISE * known + free * found) / (KNOWN_NOISE + free)
         weight = observed.count * np.clip(1.0 - residual / (BIWEIGHT**2 * noise), 0.0, 1.0) ** 2
-    return weight, observed.x - slope[observed.cell] * observed.rise, noise
+    return Weights(weight, observed.x - slope[observed.cell] * observed.rise, noise, doubt)
 
 
-def _first_positions(observed: CellObservations, frames: int) -> Doubles:
-    """Put each frame where it agrees best with those before it: at the median of what its cells say."""
+def _first_positions(observed: CellObservations, frames: int, far: float) -> tuple[Doubles, Doubles]:
+    """Put each frame where it agrees best with those before it, and say how far its cells contradict each other.
+
+    That is the median of what its cells say. Where the few rings of a lidar meet other parts of the body in one frame,
+    the cells may fall into two groups, each of which agrees in itself. Then no majority is to be believed: the frame is
+    put where the edge of the body says, with a variance that holds both groups.
+    """
     cells = len(observed.level) + 1
-    sums, counts, position = np.zeros(cells), np.zeros(cells), np.zeros(frames)
+    sums, counts = np.zeros(cells), np.zeros(cells)
+    position, doubt = np.zeros(frames), np.zeros(frames)
     for frame in range(frames):
         entries = observed.frame == frame
         cell, count, x = observed.cell[entries], observed.count[entries], observed.x[entries]
         if frame:
             known = counts[cell] > 0
             body = known & (cell < cells - 1)
-            known = body if body.sum() >= ENOUGH else known
-            position[frame] = np.median(x[known] - sums[cell[known]] / counts[cell[known]])
+            differences = x[known] - sums[cell[known]] / counts[cell[known]]
+            if body.sum() < ENOUGH:
+                position[frame] = np.median(differences)
+            else:
+                of_cells, of_edge = differences[:-1], differences[-1]
+                position[frame] = np.median(of_cells)
+                apart = np.abs(of_cells - position[frame])
+                if (apart > far).sum() > MOST_FAR * len(apart):
+                    position[frame], doubt[frame] = of_edge, np.median(apart[apart > far]) ** 2
         sums[cell] += count * (x - position[frame])
         counts[cell] += count
-    return position
+    return position, doubt
 
 
 def _slopes(observed: CellObservations, surface: Doubles, total: Doubles) -> Doubles:

@@ -52,7 +52,7 @@ impl Kernel for Positions {
 
     #[inline(always)]
     fn run<I: Instructions>(self, _simd: I) -> Self::Output {
-        let Positions { weights: Weights { weight, x, noise }, width } = self;
+        let Positions { weights: Weights { weight, x, noise, doubt }, width } = self;
         let rows = || weight.chunks_exact(width).zip(x.chunks_exact(width));
         let n = rows().len();
         let (mut mean, mut total, mut share) = (vec![0.0; width], vec![NOTHING; width], vec![0.0; width]);
@@ -101,6 +101,9 @@ impl Kernel for Positions {
         let positions = normal.chunks_exact(n).map(position).collect();
         for entry in &mut normal {
             *entry *= noise;
+        }
+        for (frame, doubt) in doubt.iter().enumerate() {
+            normal[frame * n + frame] += doubt;
         }
         (positions, normal)
     }

@@ -181,6 +181,8 @@ const NORMAL: f64 = 1.4826;
 const KNOWN_NOISE: f64 = 8.0;
 /// The fewest cells in common that make a median.
 const ENOUGH: usize = 3;
+/// Cells that are farther than this from the median of their frame contradict it, in range noises.
+const FAR: f64 = 5.0;
 /// A weight below any that matters, against division by 0.
 const NOTHING: f64 = 1e-12;
 
@@ -192,6 +194,8 @@ pub(super) struct Weights {
     pub x: Vec<f64>,
     /// The variance of a point, m^2.
     pub noise: f64,
+    /// The variance of each frame because its cells contradict each other, m^2; 0 where they agree.
+    pub doubt: Vec<f64>,
 }
 
 /// Iteratively reweighted least squares: estimates the surface, the position of each frame and the weights in turns.
@@ -207,7 +211,7 @@ impl Kernel for IrlsWeights<'_> {
     fn run<I: Instructions>(self, _simd: I) -> Weights {
         let IrlsWeights { observed, range_noise } = self;
         let CellObservations { width, ref count, ref seen, ref rise, ref cell, .. } = *observed;
-        let mut positions = first_positions(observed);
+        let (mut positions, doubt) = first_positions(observed, FAR * range_noise);
         let (mut weight, mut x, mut noise) = (count.clone(), seen.clone(), range_noise * range_noise);
         let [mut surface, mut total, mut slope] = std::array::from_fn(|_| vec![0.0; width]);
         let (mut residual, mut residuals) = (vec![0.0; count.len()], Vec::with_capacity(cell.len()));
@@ -256,7 +260,7 @@ impl Kernel for IrlsWeights<'_> {
                 *weight = count * inside * inside;
             }
         }
-        Weights { weight, x, noise }
+        Weights { weight, x, noise, doubt }
     }
 }
 
@@ -282,29 +286,40 @@ fn median_near(guess: f64, values: &mut [f64]) -> f64 {
     if values.len() % 2 == 1 { *upper } else { f64::midpoint(lower, *upper) }
 }
 
-/// Puts each frame where it agrees best with those before it: at the median of what its cells say.
+/// Puts each frame where it agrees best with those before it, and says how far its cells contradict each other.
+///
+/// That is the median of what its cells say. Where the few rings of a lidar meet other parts of the body in one frame,
+/// the cells may fall into two groups, each of which agrees in itself. Then no majority is to be believed: the frame is
+/// put where the edge of the body says, with a variance that holds both groups.
 #[inline(always)]
-fn first_positions(observed: &CellObservations) -> Vec<f64> {
+fn first_positions(observed: &CellObservations, far: f64) -> (Vec<f64>, Vec<f64>) {
     let [mut points, mut ahead] = std::array::from_fn(|_| vec![0.0; observed.width]);
     let mut differences = Vec::with_capacity(observed.width);
-    let mut positions = Vec::with_capacity(observed.frames());
+    let (mut positions, mut doubt) = (Vec::with_capacity(observed.frames()), vec![0.0; observed.frames()]);
     let rows = observed.count.chunks_exact(observed.width).zip(observed.seen.chunks_exact(observed.width));
-    for ((count, seen), shown) in rows.zip(observed.shown()) {
+    for (((count, seen), shown), doubt) in rows.zip(observed.shown()).zip(&mut doubt) {
         differences.clear();
         let known = shown.iter().filter(|cell| points[**cell] > 0.0);
         differences.extend(known.map(|cell| seen[*cell] - ahead[*cell] / points[*cell]));
         // The last is that of the edge.
-        if differences.len() > ENOUGH {
-            differences.pop();
+        let of_edge = if differences.len() > ENOUGH { differences.pop() } else { None };
+        let mut position = if differences.is_empty() { 0.0 } else { median(&mut differences) };
+        if let Some(of_edge) = of_edge {
+            let is_far = |difference: &f64| (difference - position).abs() > far;
+            if 4 * differences.iter().filter(|difference| is_far(difference)).count() > differences.len() {
+                let mut apart: Vec<f64> =
+                    differences.iter().filter(|each| is_far(each)).map(|each| (each - position).abs()).collect();
+                *doubt = median(&mut apart).powi(2);
+                position = of_edge;
+            }
         }
-        let position = if differences.is_empty() { 0.0 } else { median(&mut differences) };
         for (((points, ahead), count), seen) in points.iter_mut().zip(&mut ahead).zip(count).zip(seen) {
             *points += count;
             *ahead += count * (seen - position);
         }
         positions.push(position);
     }
-    positions
+    (positions, doubt)
 }
 
 /// The most levels between two cells of a column that show the slope of the surface.
