@@ -21,10 +21,11 @@ from ttc_fast.brake.decision import Command
 from ttc_fast.brake.evaluate import BETWEEN_FRAMES, Evaluator
 from ttc_fast.brake.receive import receive
 from ttc_fast.brake.settings import BrakeSettings
-from ttc_fast.brake.state import ControllerState, Voting
+from ttc_fast.brake.state import ControllerState
 from ttc_fast.brake.threats import ThreatAssessment
 from ttc_fast.brake.types import STANDING
 from ttc_fast.brake.unseen import FieldsOfView
+from ttc_fast.brake.voting import Voting
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ttc_fast.brake.decision import Command, Counters, Decision, Reason
-from ttc_fast.brake.receive import CLOCK_TOLERANCE
+from ttc_fast.brake.frame import CLOCK_TOLERANCE
 from ttc_fast.brake.types import new
 from ttc_fast.status import Status
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ttc_fast.brake.decision import Command
-from ttc_fast.brake.frozen import NEVER, Held, hold, hold_estimate
-from ttc_fast.brake.receive import CLOCK_TOLERANCE
+from ttc_fast.brake.frame import CLOCK_TOLERANCE
+from ttc_fast.brake.frozen import hold, hold_estimate
+from ttc_fast.brake.state import NEVER, Held
 from ttc_fast.brake.types import Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ttc_fast.brake.receive import Frame
+    from ttc_fast.brake.frame import Frame
     from ttc_fast.brake.settings import BrakeSettings
     from ttc_fast.brake.state import Brake, ControllerState
     from ttc_fast.brake.threats import ThreatAssessment

@@ -19,16 +19,18 @@ contradict themselves: its TTC is finite, and its target should have come nearer
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from ttc_fast.brake.state import Driven
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ttc_fast.brake.receive import Frame
+    from ttc_fast.brake.frame import Frame
     from ttc_fast.brake.settings import BrakeSettings
-    from ttc_fast.brake.state import Source
+    from ttc_fast.brake.state import Held, Source
     from ttc_fast.brake.threats import ThreatAssessment
     from ttc_fast.brake.types import Estimate, Motion
 
@@ -46,34 +48,6 @@ MOST_BYTES = 1 << 15
 """Of larger readings a part is compared, every so many rows."""
 BETWEEN_POINTS = 0.15
 """Returns are compared with those this near in direction, rad, or one and a half beams."""
-
-
-class Driven(NamedTuple):
-    """How a vehicle has moved since readings came first.
-
-    Attributes
-    ----------
-    stamp : float
-        The stamp of the newest frame that had them, s.
-    way : float
-        The way that the vehicle has driven, m.
-    x, y, yaw : float
-        Where it has got by that, from where it was, m and rad.
-    """
-
-    stamp: float
-    way: float = 0.0
-    x: float = 0.0
-    y: float = 0.0
-    yaw: float = 0.0
-
-
-Held = tuple[bytes, float, "Motion | None", "Driven | None", bool]
-"""The newest readings of a sensor, or a part of them; the stamp of the first frame that had them, s; the motion of the
-vehicle when the newest frame had them; how it has moved since then, None for the first frame; whether they are stale.
-"""
-
-NEVER: Held = b"", -math.inf, None, None, False
 
 
 def hold(source: Source, frame: Frame, assessment: ThreatAssessment, settings: BrakeSettings) -> Held:

@@ -2,64 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._validate import finite, interval, not_nan, number
+from ttc_fast.brake.frame import CLOCK_TOLERANCE, Frame
 from ttc_fast.brake.frozen import should_have_changed
 from ttc_fast.brake.settings import BETWEEN_BEAMS
 from ttc_fast.brake.types import Estimate, Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from ttc_fast.brake.frame import Newest
     from ttc_fast.brake.settings import BrakeSettings
     from ttc_fast.brake.state import ControllerState
     from ttc_fast.brake.threats import ThreatAssessment
 
-CLOCK_TOLERANCE = 0.1
-"""A stamp may lie this far in the future, s, because two clocks are never the same."""
-
 LIGHT = 299_792_458.0
 """No vehicle is faster than light, m/s, nor do its wheels turn it so fast, rad/s."""
-
-Newest = tuple["Motion | None", float, "Estimate | None", float]
-"""The newest odometry, its stamp, the newest estimate, and the stamp with which its numbers came first."""
-
-
-@dataclass(slots=True, init=False)
-class Frame:
-    """What came with an update, and what was known then. ``receive`` makes it; an ``__init__`` would take 0.2 us.
-
-    Attributes
-    ----------
-    now, stamp : float
-        Time of the decision and of the measurement, s.
-    ranges, points
-        The scan or the cloud; both are None where the estimate is the frame.
-    estimate : Estimate or None
-        The newest estimate that is fresh.
-    motion : Motion or None
-        The newest odometry that is fresh.
-    commanded : Motion or None
-        What the vehicle would do if it were not braked, where that is given.
-    time_increment : float
-        The time between two beams of the scan, s.
-    path : ndarray, shape (N, 2), or None
-        The points that the vehicle will follow, m, where they are given.
-    """
-
-    now: float
-    stamp: float
-    ranges: Any
-    points: Any
-    estimate: Estimate | None
-    motion: Motion | None
-    commanded: Motion | None
-    time_increment: float
-    path: NDArray[np.float64] | None
 
 
 def receive(

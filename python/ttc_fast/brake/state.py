@@ -1,4 +1,4 @@
-"""The third step of a decision: what a controller remembers from one update to the next, and how votes change it.
+"""What a controller remembers from one update to the next.
 
 Every field of ``ControllerState`` and ``Brake`` is a plain value, an enumeration or a named tuple, so that it can be
 saved.
@@ -6,30 +6,42 @@ saved.
 
 from __future__ import annotations
 
-import functools
 import math
-from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ttc_fast._validate import votes
-from ttc_fast.brake.evaluate import IGNORED
-from ttc_fast.brake.frozen import NEVER
-from ttc_fast.brake.receive import CLOCK_TOLERANCE
 from ttc_fast.brake.types import NOTHING, STANDING
-from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.evaluate import Assessed
-    from ttc_fast.brake.frozen import Held
-    from ttc_fast.brake.receive import Frame, Newest
-    from ttc_fast.brake.settings import BrakeSettings
     from ttc_fast.brake.types import Criterion, Estimate, Evaluation, Motion
 
-__all__ = ["CLOCK_TOLERANCE", "Brake", "ControllerState", "NOfM", "Voting"]
 
-NO_DATA, STALE = Status.NO_DATA, Status.STALE
-SMOOTHING = 0.25
-"""The weight of the newest time between two frames in the usual one."""
+class Driven(NamedTuple):
+    """How a vehicle has moved since readings came first.
+
+    Attributes
+    ----------
+    stamp : float
+        The stamp of the newest frame that had them, s.
+    way : float
+        The way that the vehicle has driven, m.
+    x, y, yaw : float
+        Where it has got by that, from where it was, m and rad.
+    """
+
+    stamp: float
+    way: float = 0.0
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+
+Held = tuple[bytes, float, "Motion | None", "Driven | None", bool]
+"""The newest readings of a sensor, or a part of them; the stamp of the first frame that had them, s; the motion of the
+vehicle when the newest frame had them; how it has moved since then, None for the first frame; whether they are stale.
+"""
+
+NEVER: Held = b"", -math.inf, None, None, False
 
 Quorum = tuple[int, int]
 """How many votes are needed, and the bits of the frames that count."""
@@ -198,122 +210,3 @@ class ControllerState:
 
 
 PARTS: dict[str, Any] = {"scans": Source, "clouds": Source, "brake": Brake, "brake_without_estimates": Brake}
-
-
-class NOfM:
-    """A vote of at least N of the last M frames, or of a share of the frames of the last seconds.
-
-    The votes are the bits of an int that the caller keeps, the newest in the lowest bit. A frame that never came counts
-    as a no. By time at least two frames count, and have to agree.
-
-    Parameters
-    ----------
-    rule : (int, int) or (float, float)
-        N and M, or share and seconds, as ``BrakeSettings`` checks them.
-    """
-
-    __slots__ = ("_quorums", "_seconds")
-
-    def __init__(self, rule: tuple[float, float]) -> None:
-        first, second = votes("votes", rule)
-        self._seconds = 0.0
-        if isinstance(first, int) and isinstance(second, int):
-            self._quorums = [(first, (1 << second) - 1)]
-        else:
-            self._seconds, self._quorums = second, shares(first)
-
-    def quorum(self, period: float) -> Quorum:
-        """Return how many votes are needed, and which count, where a frame comes every ``period`` seconds."""
-        frames = self._seconds / period + 0.5
-        return self._quorums[int(frames) if frames < 64.0 else 64]
-
-
-@functools.cache
-def shares(share: float) -> list[Quorum]:
-    """Return the quorum of each number of frames up to 64; two frames at least count, and have to agree."""
-    frames = [max(frames, 2) for frames in range(65)]
-    return [(max(math.ceil(share * each - 1e-9), 2), (1 << each) - 1) for each in frames]
-
-
-class Voting:
-    """The rules by which the frames of a controller vote.
-
-    Parameters
-    ----------
-    settings : BrakeSettings
-        The settings of the controller.
-    """
-
-    __slots__ = ("_from", "_hold", "_quorums", "_release", "_timeout", "_to", "_trigger")
-
-    def __init__(self, settings: BrakeSettings) -> None:
-        self._trigger, self._release = NOfM(settings.trigger), NOfM(settings.release)
-        self._hold, self._timeout = settings.hold, settings.sensor_timeout
-        self._from = self._to = settings.sensor_timeout
-        self._quorums = self._trigger.quorum(self._to), self._release.quorum(self._to)
-
-    def _learn(self, period: float) -> None:
-        """Find both quorums; they are the same for every period between two that have them."""
-        quorums = self._trigger.quorum(period), self._release.quorum(period)
-        is_known = quorums == self._quorums
-        self._from, self._to = (min(self._from, period), max(self._to, period)) if is_known else (period, period)
-        self._quorums = quorums
-
-    def vote(self, state: ControllerState, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
-        """Remember what came, count the two votes of a frame, and begin or end braking."""
-        state.motion, state.motion_at, state.estimate, state.estimate_since = newest
-        if frame is None:
-            return
-        if assessed is IGNORED:
-            state.ignored += 1
-            return
-        state.frames += 1
-        source, other = state.scans, state.clouds
-        is_cloud = frame.points is not None
-        if is_cloud:
-            source, other = other, source
-        if is_cloud is not state.is_cloud:
-            state.is_cloud = is_cloud
-            for brake in state.brakes:
-                brake.turn()
-        status, _, held, vote, without = assessed
-        if held[0] is not source.held[0]:
-            source.held_before = source.held
-        source.newest_at, source.held = frame.stamp, held
-        if vote is None:  # a frame that cannot be evaluated is not clear
-            if status is NO_DATA:
-                state.blind += 1
-            elif status is STALE:  # as if nothing had come since the readings were new
-                source.seen_at = source.voted_at = min(source.voted_at, held[1])
-            else:
-                source.seen_at = frame.stamp
-            _, counts = self._release.quorum(source.period)
-            for brake in state.brakes:
-                brake.release_votes = brake.release_votes << 1 & counts
-            return
-        criterion, evaluation, triggers, clear, motion, rests, unseen, looks = vote
-        source.seen_at = frame.stamp
-        since, period = frame.stamp - source.voted_at, source.period
-        source.voted_at = frame.stamp
-        if since > self._timeout:  # after a gap the votes on release begin anew
-            for brake in state.brakes:
-                brake.release_votes = 0
-            since = self._timeout if since < math.inf else period
-        source.period = period = since if period == math.inf else period + SMOOTHING * (since - period)
-        if not self._from <= period <= self._to:
-            self._learn(period)
-        trigger, release = self._quorums
-        if looks:
-            state.cloud_looks = {**state.cloud_looks, **dict.fromkeys(looks, frame.stamp)}
-        state.criterion = criterion
-        state.evaluation = evaluation
-        state.rests_in_contact = rests
-        state.unseen = unseen
-        others = 0
-        if other.voted_at >= frame.now - self._timeout:
-            others, _ = self._release.quorum(other.period)
-        if without is not None:
-            if state.brake_without_estimates is None:
-                state.brake_without_estimates = replace(state.brake)
-            state.brake_without_estimates.vote(frame.now, *without[2:5], trigger, release, self._hold, others)
-        state.brake.vote(frame.now, triggers, clear, motion, trigger, release, self._hold, others)

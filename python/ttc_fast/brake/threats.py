@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ttc_fast.brake.receive import Frame
+    from ttc_fast.brake.frame import Frame
     from ttc_fast.brake.types import Criterion, Motion
 
 

@@ -16,7 +16,7 @@ from ttc_fast._core import ScanSweptPath, ScanTTC
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ttc_fast.brake.receive import Frame
+    from ttc_fast.brake.frame import Frame
     from ttc_fast.brake.settings import BrakeSettings
     from ttc_fast.brake.state import ControllerState
     from ttc_fast.brake.threats import ThreatAssessment

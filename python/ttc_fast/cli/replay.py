@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from ttc_fast.replay import Replay, Replayed, Settings
     from ttc_fast.replay.output import Files
-    from ttc_fast.replay.report import Chapter
+    from ttc_fast.replay.replayed import Chapter
 
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
 USAGE_LINE = "ttc-fast replay [OPTION ...] PATH [PATH ...]"
@@ -95,8 +95,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Replay one log or several."""
     from ttc_fast.replay import Replayed
-    from ttc_fast.replay.dataset import exit_code_of
     from ttc_fast.replay.output import Files
+    from ttc_fast.replay.replayed import exit_code_of
     from ttc_fast.replay.terminal import open_console
 
     settings = options.settings(arguments)
@@ -138,7 +138,7 @@ def show(
 
 def check(played: Replay) -> None:
     """Raise if a part of a log was lost, or it has no frames."""
-    from ttc_fast.replay.dataset import exit_code_of
+    from ttc_fast.replay.replayed import exit_code_of
 
     code = exit_code_of(played.summary)
     if code != DONE:

@@ -1,7 +1,7 @@
 """Recorded logs go through the code that brakes, and give a row for each frame, a summary and a picture."""
 
-from ttc_fast.replay.dataset import Replayed
 from ttc_fast.replay.many import Progress, replay_many
+from ttc_fast.replay.replayed import Replayed
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.run import Replay, sample
 from ttc_fast.replay.settings import Settings

@@ -31,9 +31,10 @@ from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import LogError
 from ttc_fast.logs.log import UselessOptionError
 from ttc_fast.logs.storage import StorageError, absolute, found, located, remove, size_and_time, written_whole
-from ttc_fast.replay.dataset import Dataset, Made, Replayed, digest_of, exit_code_of
+from ttc_fast.replay.dataset import Dataset, digest_of
 from ttc_fast.replay.executors import Processes, StartError, ThisProcess, adapted
 from ttc_fast.replay.output import Files, OutputError, each_of, play, prepare_folder, report_on, through
+from ttc_fast.replay.replayed import Made, Replayed, exit_code_of
 from ttc_fast.replay.row import ParquetWriter
 from ttc_fast.replay.run import Replay
 from ttc_fast.replay.settings import Settings

@@ -14,8 +14,7 @@ from ttc_fast.replay.row import WRITERS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from ttc_fast.replay.dataset import Replayed
-    from ttc_fast.replay.report import Chapter
+    from ttc_fast.replay.replayed import Chapter, Replayed
     from ttc_fast.replay.row import Row, Writer
     from ttc_fast.replay.run import Replay
 

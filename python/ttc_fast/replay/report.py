@@ -15,7 +15,7 @@ import math
 from datetime import datetime, timezone
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from ttc_fast.plotting.birds_eye import draw_birds_eye
 from ttc_fast.plotting.history import LONGEST, SHORTEST
 from ttc_fast.replay.key_frame import view_of
 from ttc_fast.replay.picture import history_of
+from ttc_fast.replay.replayed import Chapter
 from ttc_fast.replay.run import name_of
 from ttc_fast.replay.scrub import SINCE_1970
 
@@ -35,8 +36,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ttc_fast.plotting.history import History
-    from ttc_fast.replay.dataset import Replayed
+    from ttc_fast.replay.replayed import Replayed
     from ttc_fast.replay.row import Row
     from ttc_fast.replay.run import Replay
 
@@ -53,27 +53,6 @@ LOGS = {
     **dict.fromkeys(("warnings", "invalid", "gaps"), ""),
     "lost": "text",
 }
-
-
-class Chapter(NamedTuple):
-    """What a report shows of a log.
-
-    Attributes
-    ----------
-    name : str
-        The name of the log.
-    history : History
-        The rows to draw.
-    pictures : dict of int to bytes
-        The pictures of frames, as WebP.
-    key_frame : int or None
-        The frame that is shown of the log as a whole.
-    """
-
-    name: str
-    history: History
-    pictures: dict[int, bytes]
-    key_frame: int | None
 
 
 class Pictures:

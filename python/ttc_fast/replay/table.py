@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from pandas import DataFrame
 
-    from ttc_fast.replay.dataset import Replayed
+    from ttc_fast.replay.replayed import Replayed
 
 TABLES = (".csv", ".parquet")
 """The endings of a file that holds the table."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ttc_fast._core import SweptPath
 from ttc_fast.brake import Command, Motion, Reason
 from ttc_fast.brake.controller import cover_for_one_another
-from ttc_fast.brake.receive import CLOCK_TOLERANCE
+from ttc_fast.brake.frame import CLOCK_TOLERANCE
 from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.ros.messages import ERROR, OK, STALE, WARN, Cause, Diagnostics, Drive, Outputs
 from ttc_fast.ros_messages import Commanded, Transform
