@@ -6,6 +6,7 @@ A received message is viewed in its bytes. One thread does everything: the one t
 from __future__ import annotations
 
 import signal
+import sys
 import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -111,6 +112,15 @@ class DdsNode:
         array, status = message("diagnostic_msgs/DiagnosticArray"), partial(message, "diagnostic_msgs/DiagnosticStatus")
         pair = partial(message, "diagnostic_msgs/KeyValue")
         self._diagnostics.publish(serialized(fill_diagnostics(array, status, pair, diagnostics, time_of(now))))
+
+    def said(self) -> str:
+        """Return where the node is, and what it reads and publishes."""
+        settings, topics = self.settings, sorted({each.topic for each in self.participant.subscriptions})
+        published = [settings.brake_topic, settings.drive_topic, settings.diagnostics_topic, settings.marker_topic]
+        return (
+            f"DDS domain {self.participant.settings.domain}, reads {', '.join(topics)}, "
+            f"publishes {', '.join(filter(None, published))}"
+        )
 
     def close(self) -> None:
         """Leave the graph."""
@@ -232,6 +242,7 @@ def run(settings: NodeSettings, dds: DdsSettings | None = None) -> None:
             node = DdsNode(settings, dds)
         except DDSException as error:
             raise SettingError(f"Cyclone DDS cannot join the domain, and its log says why: {error}") from None
+        print(f"ttc-fast node: {node.said()}; Ctrl-C ends it", file=sys.stderr, flush=True)
         freeze_heap()
         while not ended:
             node.spin()
