@@ -130,7 +130,8 @@ def test_where_the_path_decides_the_row_is_about_the_path() -> None:
     said = {"outline": ROBOT, "speed": 5.0}
     replay = Replay(sample("clouds"), Settings(log_options=said))
     for row in replay:
-        assert (row.closing_speed, row.ttc) == (5.0, pytest.approx(row.distance / 5.0))
+        assert row.closing_speed == 5.0
+        assert row.ttc == pytest.approx(row.distance / 5.0)
         assert math.isnan(row.ttc_low)
     asked = list(Replay(sample("clouds"), Settings(log_options=said, criteria=(EstimateThreshold(),))))
     assert asked[-1].ttc == pytest.approx(0.860, abs=0.001)
@@ -464,7 +465,8 @@ def test_what_brakes_until_something_is_evaluated_is_no_brake_of_the_drive(reaso
     warming = came_to(reason, reason, Reason.HOLD, Reason.CLEAR, Reason.CRITERION, Reason.HOLD)
     assert warming.start is not None
     assert (warming.brakes, spans(warming)) == (1, [(4, 2)])
-    assert (warming.start.begin.frame, warming.start.frames, warming.start.end) == (0, 3, pytest.approx(0.2))
+    assert (warming.start.begin.frame, warming.start.frames) == (0, 3)
+    assert warming.start.end == pytest.approx(0.2)
     assert str(warming.start) == f"frame 0, 0.000 to 0.200 s, 3 frames: {reason.name}"
     again = Summary.of_json(warming.to_json())
     assert repr((again.start, again.events)) == repr((warming.start, warming.events))
