@@ -116,5 +116,5 @@ def test_what_is_no_number_is_named(wrong: Any) -> None:
 def test_a_brake_that_is_told_a_huge_speed() -> None:
     frame: dict[str, Any] = {"ranges": np.ones(11), "stamp": 0.0, "motion": Motion(HUGE)}
     message = said(lambda: BrakeController(scan=SCAN).update(0.0, **frame))
-    assert message.startswith("speed")
+    assert message.startswith("motion.speed must be below that of light")
     assert len(message) < 100

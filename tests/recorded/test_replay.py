@@ -33,7 +33,7 @@ LOGS: dict[str, tuple[list[str], Told]] = {
     "kitti/velodyne": ([], Told(20, {"WARMING_UP": 2, "CLOSING": 18}, 1)),
     "kitti/velodyne_raw": ([], Told(2, {"WARMING_UP": 2}, 1)),
     "kitti/velodyne_raw/0000000000.bin": (["--speed", "8", "--outline", "-2", "2", "-1", "1"], Told(1, {"CLOSING": 1})),
-    "kitti/corridor_distances.csv": (COLUMN, Told(20, {"WARMING_UP": 2, "NOT_CLOSING": 4, "CLOSING": 14}, 1)),
+    "kitti/corridor_distances.csv": (COLUMN, Told(20, {"WARMING_UP": 6, "CLOSING": 14}, 1)),
     "laserscan/breezyslam_exp1.npz": (["--outline", "-0.3", "0.2", "-0.2", "0.2"], Told(756, {}, 6)),
     "laserscan/freiburg-101-corrected.log.gz": (["--sensor-timeout", "30"], Told(292, {}, 0)),
     "laserscan/acapulco-corrected.log.gz": (["--sensor-timeout", "30"], Told(861, {}, 3)),

@@ -87,6 +87,9 @@ class TestCommanded:
         node.ask(-1.0, math.inf)
         assert stand(node).brake is True
         assert node.diagnostics().values["dropped: /drive_in"].startswith("2; is not finite")
+        node.ask(1e9)
+        assert stand(node).brake is True
+        assert "no motion of a vehicle" in node.diagnostics().values["dropped: /drive_in"]
 
     def test_a_steering_angle_bends_the_path(self, make: Make) -> None:
         """The wall is 2 m ahead: full steering turns away from it in a circle of 0.78 m, and straight ahead is near."""

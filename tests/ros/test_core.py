@@ -375,6 +375,9 @@ class TestNonsense:
         node.odometry(math.inf)
         assert frame(node, 5.0, speed=None).brake is True
         assert node.diagnostics().values["dropped: odometry"].startswith("2; is not finite")
+        node.odometry(1e9)
+        assert frame(node, 5.0, speed=None).brake is True
+        assert "no motion of a vehicle" in node.diagnostics().values["dropped: odometry"]
 
     def test_one_line_for_each_topic_however_much_is_lost(self, make: Make) -> None:
         node = make()

@@ -19,7 +19,7 @@ from ttc_fast.sensors.clock import ANOTHER_CLOCK, SET_BACK, Stamps, apart
 from ttc_fast.sensors.clouds import CloudReader, Placement, only_heights
 from ttc_fast.sensors.frames import MixedError, SensorChoice, frame_of
 from ttc_fast.sensors.oddities import RefusedError, Tally, say_on_console
-from ttc_fast.sensors.odometry import OdometryReader
+from ttc_fast.sensors.odometry import OdometryReader, no_motion
 from ttc_fast.sensors.scans import Geometry, Repeats, ScanKernels, ScanReader
 from ttc_fast.sensors.transforms import Transforms, is_level, tilted
 
@@ -183,8 +183,9 @@ class BrakeNode:
         With ``mux`` it returns what goes out at once: the driver's message as ``forward``, or a brake.
         """
         self._look_at_clock(now)
-        if not all(map(math.isfinite, commanded)):
-            self.dropped(self.settings.commanded_topic, f"is not finite: {commanded}")
+        why_not = no_motion(*commanded) or no_motion(*motion_asked_for(commanded, self.settings.wheelbase)[:3])
+        if why_not:
+            self.dropped(self.settings.commanded_topic, f"{why_not}: {commanded}")
             return None
         if commanded.steering_angle and not self.settings.wheelbase:
             why = "it steers, and no wheelbase is set, so the path of what is asked for is taken for straight"

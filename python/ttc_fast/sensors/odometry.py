@@ -87,6 +87,17 @@ class Motion(NamedTuple):
 UNKNOWN = Motion(None, 0.0, math.inf)
 
 
+FASTEST = 1e6
+"""No vehicle moves or turns so fast, m/s and rad/s: it is the number of a sensor that is broken."""
+
+
+def no_motion(*motion: float, stamp: float = 0.0) -> str:
+    """Return why no vehicle moves so, or an empty text: speeds are finite, as is the stamp, and below ``FASTEST``."""
+    if not math.isfinite(sum(motion) + stamp):
+        return "is not finite"
+    return "" if all(-FASTEST < each < FASTEST for each in motion) else "is no motion of a vehicle"
+
+
 class OdometryReader:
     """Checks the odometry of one topic, and says what twist it comes to.
 
@@ -129,11 +140,12 @@ class OdometryReader:
     ) -> Twist | None:
         """Return the twist; None where it is unknown, or where newer odometry has come before.
 
-        Raise RefusedError if a number is not finite.
+        Raise RefusedError if a number is not finite, or if no vehicle moves so fast.
         """
-        if not math.isfinite(stamp + (speed or 0.0) + yaw_rate + lateral_speed):
+        why_not = no_motion(speed or 0.0, yaw_rate, lateral_speed, stamp=stamp)
+        if why_not:
             numbers = f"speed {speed}, yaw rate {yaw_rate}, lateral speed {lateral_speed}"
-            raise RefusedError(f"is not finite: {numbers}, stamp {stamp}")
+            raise RefusedError(f"{why_not}: {numbers}, stamp {stamp}")
         if 0.0 < self._newest - stamp <= SET_BACK:
             self._odd.count(f"{self._name}, order", "is older than what came before, and is not used")
             return None
@@ -150,8 +162,8 @@ class OdometryReader:
             derived = said if is_first else None
             if before is not None:
                 derived = between(before[1], pose, stamp - before[0])
-            if derived is not None and not math.isfinite(sum(derived)):
-                raise RefusedError(f"is not finite: from pose to pose the vehicle would move by {derived}")
+            if derived is not None and (why_not := no_motion(*derived)):
+                raise RefusedError(f"{why_not}: from pose to pose the vehicle would move by {derived}")
             return derived
         check = self._compared
         check.add(stamp, pose, said)
