@@ -306,4 +306,4 @@ class BrakeMachine(RuleBasedStateMachine):
 
 def on(controller: BrakeController) -> bool:
     """Return whether a controller brakes."""
-    return bool(controller._state.braking)
+    return any(each.on for each in controller._state.brakes)

@@ -344,7 +344,8 @@ class BrakeController:
             if unsafe is not None and self._brakes_when_blind:
                 for brake in state.brakes:
                     brake.brake(now, state.motion or STANDING)
-            return decide(state, settings, now, unsafe, override, assessed[0], assessed[1])
+            status, threats, _, _, _ = assessed
+            return decide(state, settings, now, unsafe, override, status, threats)
 
     @property
     def criteria(self) -> tuple[Criterion, ...]:

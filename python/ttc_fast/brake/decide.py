@@ -63,7 +63,7 @@ def decide(
         Status and threats of the frame that came, as ``Decision`` has them.
     """
     brake, without = state.brake, state.brake_without_estimates
-    braking = brake.on or (without is not None and without.on)
+    braking = brake.on or (without is not None and without.on)  # an estimate can only add
     if override:
         command, reason = NONE, Reason.OVERRIDE
     elif unsafe is not None:

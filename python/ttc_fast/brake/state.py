@@ -177,12 +177,6 @@ class ControllerState:
     """Number of frames with too few returns."""
 
     @property
-    def braking(self) -> bool:
-        """Whether the controller brakes. An estimate can only add."""
-        without = self.brake_without_estimates
-        return self.brake.on or (without is not None and without.on)
-
-    @property
     def brakes(self) -> tuple[Brake, ...]:
         """The brake, and the brake without estimates if there is one."""
         without = self.brake_without_estimates

@@ -137,5 +137,8 @@ class Voting:
         if without is not None:
             if state.brake_without_estimates is None:
                 state.brake_without_estimates = replace(state.brake)
-            state.brake_without_estimates.vote(frame.now, *without[2:5], trigger, release, self._hold, others)
+            _, _, its_trigger, its_clear, its_motion, *_ = without
+            state.brake_without_estimates.vote(
+                frame.now, its_trigger, its_clear, its_motion, trigger, release, self._hold, others
+            )
         state.brake.vote(frame.now, triggers, clear, motion, trigger, release, self._hold, others)

@@ -171,30 +171,26 @@ def _check_outputs(files: Files, summary: Location | None) -> bool:
         into_folder = not suffix or (isinstance(out, Path) and out.is_dir())
         if not into_folder and suffix not in WRITERS:
             raise CommandError(USAGE, f"--out must end in {', '.join(WRITERS)}, or be a folder, got {out}")
-        if into_folder or suffix == ".parquet":
-            import_module("pyarrow")
-    if summary is not None:
-        if suffix_of(summary) not in TABLES:
-            raise CommandError(USAGE, f"--summary must end in {' or '.join(TABLES)}, got {summary}")
-        if suffix_of(summary) == ".parquet":
-            import_module("pyarrow")
-    if plot is not None and suffix_of(plot) not in PICTURES:
-        raise CommandError(USAGE, f"--plot must end in .png or .svg, got {plot}")
-    if rerun is not None and suffix_of(rerun) != ".rrd":
-        raise CommandError(USAGE, f"--rerun must end in .rrd, got {rerun}")
-    if mcap is not None and suffix_of(mcap) != ".mcap":
-        raise CommandError(USAGE, f"--mcap must end in .mcap, got {mcap}")
-    if report is not None and suffix_of(report) != ".html":
-        raise CommandError(USAGE, f"--report must end in .html, got {report}")
-    if any(each is not None for each in (plot, rerun, mcap, report)):
-        import_module("matplotlib")
-    if rerun is not None:
-        import_module("rerun")
-    if mcap is not None:
-        import_module("mcap_protobuf")
-        import_module("foxglove_schemas_protobuf")
-    if report is not None:
-        import_module("bokeh")
+    for option, place, endings in (
+        ("--summary", summary, TABLES),
+        ("--plot", plot, PICTURES),
+        ("--rerun", rerun, (".rrd",)),
+        ("--mcap", mcap, (".mcap",)),
+        ("--report", report, (".html",)),
+    ):
+        if place is not None and suffix_of(place) not in endings:
+            raise CommandError(USAGE, f"{option} must end in {' or '.join(endings)}, got {place}")
+    parquet = any(each is not None and suffix_of(each) == ".parquet" for each in (out, summary))
+    for package, is_needed in (
+        ("pyarrow", into_folder or parquet),
+        ("matplotlib", any(each is not None for each in (plot, rerun, mcap, report))),
+        ("rerun", rerun is not None),
+        ("mcap_protobuf", mcap is not None),
+        ("foxglove_schemas_protobuf", mcap is not None),
+        ("bokeh", report is not None),
+    ):
+        if is_needed:
+            import_module(package)
     return into_folder
 
 

@@ -98,8 +98,8 @@ class CloudFiles:
         self._frames = series.frames
         self.frame_count = len(self._frames)
         self.lidar = options.applied(form.lidar, LIDAR)
-        says_height = form.lidar.sensor_height is None or options.sensor_height is not None
-        self.height_of = "" if says_height else form.name
+        is_usual = form.lidar.sensor_height is not None and options.sensor_height is None
+        self.height_of = form.name if is_usual else ""
         """The format whose usual car says the height of the lidar, where nothing else does."""
         self._speed = options.speed
         self.has_speed = options.speed is not None

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ttc_fast._settings import MOUNT, OUTLINE, Choice, Flag, Number, Text, Texts, check_fields, option, setting
+from ttc_fast._settings import (
+    MOUNT,
+    OUTLINE,
+    Choice,
+    Flag,
+    Number,
+    Text,
+    Texts,
+    check_fields,
+    option,
+    setting,
+    settings_of,
+)
 from ttc_fast.logs.files import UNPACKED
 from ttc_fast.logs.log import UselessOptionError
 
@@ -150,8 +162,8 @@ class LogOptions:
         """Refuse the options that this kind of log does not know, unless they are to be ignored."""
         if self.ignore_useless:
             return
-        for name in (field.name for field in fields(self)):
-            if getattr(self, name) is not None and name not in (*known, "max_unpacked", "ignore_useless"):
+        for name in (each.name for each in settings_of(LogOptions)):
+            if getattr(self, name) is not None and name not in (*known, "max_unpacked"):
                 has = ", ".join(option(each).removeprefix("the option ") for each in known)
                 raise UselessOptionError(path, f"{kind} has no use for {option(name)}; leave it out (it knows {has})")
 

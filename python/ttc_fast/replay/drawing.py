@@ -1,7 +1,7 @@
-"""What a recording to scrub through shows of each frame, whoever plays it: Rerun (scrub.py) or Foxglove (foxglove.py).
+"""What a recording to scrub through shows of each frame, in Rerun (scrub.py) as in Foxglove (foxglove.py).
 
-A drawing is the bird's eye view of the key frame (key_frame.py), of any frame, as points and lines in the frame of the
-vehicle. A decision is put into words when it changes.
+A drawing is the bird's eye view that pictures have of the key frame (key_frame.py), here of every frame, as points and
+lines in the frame of the vehicle. A decision is put into words when it changes.
 """
 
 from __future__ import annotations

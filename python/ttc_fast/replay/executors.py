@@ -26,8 +26,6 @@ FETCHED = 60.0
 """s for which a result may be on its way."""
 PATIENCE = 600.0
 """s for which a scheduler that is gone is waited for."""
-
-
 GUARD = """\
 replay_many starts processes, and each of them imports the script that calls it. So call it from below
 
@@ -135,12 +133,12 @@ class Processes(Executor):
         process = context.Process(target=_serve, args=(other,), daemon=True)
         process.start()
         self._own.process, self._own.link = process, link
-        self._processes[self._own.process] = self._own.link
+        self._processes[process] = link
         other.close()  # so that a process that is gone is noticed
         if self._ended:
-            self._own.process.terminate()
+            process.terminate()
         try:
-            self._own.link.recv()
+            link.recv()
         except (EOFError, OSError):
             code = self._lost()
             if self._begun or code is None or code < 0:

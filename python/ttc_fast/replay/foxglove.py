@@ -26,10 +26,12 @@ import numpy as np
 from ttc_fast import __version__
 from ttc_fast._extras import missing
 from ttc_fast.brake import Command
-from ttc_fast.logs.log import origin
+from ttc_fast.logs.log import REP_103, origin
 from ttc_fast.logs.ros import BagScans
 from ttc_fast.replay.drawing import ALARM, CAUTION, INK, LINE, QUIET, URGENCY, shown
+from ttc_fast.replay.pipelines import placement_of
 from ttc_fast.replay.row import TYPES, UNITS, plain
+from ttc_fast.sensors.clouds import Placement
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -43,6 +45,8 @@ if TYPE_CHECKING:
 
 BASE_FRAME = "base_link"
 """The frame of the vehicle where the log has none."""
+NOT_PLACED = Placement(np.eye(3), np.zeros(3))
+"""Where a sensor is that nothing places: in the frame of the vehicle."""
 SECOND = 1_000_000_000
 POINT = np.dtype([*((name, "<f4") for name in "xyz"), *((name, "u1") for name in ("red", "green", "blue", "alpha"))])
 LEVELS = {Command.NONE: "INFO", Command.WARN: "WARNING", Command.BRAKE: "ERROR"}
@@ -66,14 +70,14 @@ def recorded(replay: Replay, rows: Iterable[Row], path: Path) -> Iterator[Row]:
             if first:
                 begin = max(begin, -round(row.stamp * SECOND))  # no time of a recording is negative
             stamp = max(begin + round(row.stamp * SECOND), 0)
-            recorded = getattr(replay.frame, "recorded", None)
-            time = stamp if recorded is None else recorded
+            recorded_at = getattr(replay.frame, "recorded", None)
+            time = stamp if recorded_at is None else recorded_at
             of_frame = {"/ttc/decision": messages.decision(row)}
             if first and (transform := messages.transform(replay, stamp)) is not None:
                 of_frame["/ttc/tf"] = transform
             if drawing is not None:
                 of_frame["/ttc/vehicle"] = messages.drawing(drawing, row.command, stamp)
-                of_frame["/ttc/points"] = messages.points(drawing, stamp, everything=recorded is None)
+                of_frame["/ttc/points"] = messages.points(drawing, stamp, everything=recorded_at is None)
             if said:
                 of_frame["/ttc/log"] = messages.log(said, row.command, stamp)
             for topic, message in of_frame.items():
@@ -108,13 +112,8 @@ class Messages:
         """Return the lines of a drawing and what decides, which replace those of the frame before."""
         colour = URGENCY[command]
         entity = self.SceneEntity(timestamp=_time(stamp), frame_id=self._frame, id="ttc", frame_locked=True)
-        entity.lines.extend(
-            [
-                *self._lines(drawing.outline, colour),
-                *self._lines(drawing.path, colour),
-                *self._lines(drawing.gate, LINE),
-            ]
-        )
+        entity.lines.extend(self._lines([*drawing.outline, *drawing.path], colour))
+        entity.lines.extend(self._lines(drawing.gate, LINE))
         if drawing.at is not None:
             at = dict(zip("xyz", drawing.at, strict=True))
             place = self.Pose(position=at, orientation={"w": 1.0})
@@ -210,12 +209,9 @@ def _colour(colour: Colour) -> dict[str, float]:
 def _placement(replay: Replay) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the rotation and the shift from the sensor to the vehicle."""
     if not isinstance(replay.log, BagScans):
-        placement = replay.pipeline.placement
-        return (np.eye(3), np.zeros(3)) if placement is None else placement
-    x, y, yaw = replay.pipeline.mount
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return turn @ np.diag([1.0, -1.0, -1.0]) if replay.log.upside_down else turn, np.array([x, y, 0.0])
+        return replay.pipeline.placement or NOT_PLACED
+    turn, shift = placement_of(None, replay.pipeline.mount, REP_103, by_user=True) or NOT_PLACED
+    return turn @ np.diag([1.0, -1.0, -1.0]) if replay.log.upside_down else turn, shift
 
 
 def quaternion_of(turn: NDArray[np.float64]) -> list[float]:

@@ -336,7 +336,7 @@ def _into_part(task: Task, dataset: Dataset) -> Replayed:
         made = Made(*size_and_time(task.log), digest_of(task.settings))
     except FileNotFoundError:
         made = None
-    if made is not None and (not task.again or task.attempt):  # whoever was killed may have been done
+    if made is not None and (not task.again or task.attempt):  # a worker that was killed may have been done
         done = dataset.done(task.name, made)
         if done is not None:
             return done

@@ -19,13 +19,15 @@ if TYPE_CHECKING:
     from ttc_fast._core import Gate
 
 FRAMES, LEAST_FRAMES = 20, 8
-"""So many of the first clouds are looked at, and no fewer tell anything."""
+"""How many of the first clouds are looked at, and the fewest that tell anything."""
 STAYS = 0.9
 """The share of the clouds in which a place that stays holds points."""
 NEAR, CELL = np.array([3.0, 1.5, 2.0]), 0.1
 """The box around the lidar in which the vehicle may be, to each side, and the size of a place in it, m."""
 FAR, FAR_CELL = 20.0, 0.5
 """How far the rest of the world is looked at, and the size of a place in it, m."""
+GRID = (128, 128, 128)
+"""How many places there are along x, y and z; the lidar is in the middle."""
 MOVES, LEAST_PLACES = 0.3, 20
 """The world moves where at most this share of its places stays, of at least this many in a cloud."""
 ABOVE_ROAD = 0.2
@@ -76,8 +78,11 @@ class OwnPoints:
         staying = sum(count >= enough for count in self._far.values())
         if staying * self.frames > MOVES * self._far_places:
             return None
-        places = [_place(key) for key, count in self._near.items() if count >= enough]
-        return np.array([np.min(places, axis=0), np.max(places, axis=0) + 1]) * CELL if places else None
+        keys = [key for key, count in self._near.items() if count >= enough]
+        if not keys:
+            return None
+        places = np.array(np.unravel_index(keys, GRID)) - GRID[0] // 2
+        return np.array([places.min(axis=1), places.max(axis=1) + 1]) * CELL
 
     def text(self, gate: Gate) -> str:
         """Return what was found, for people; empty where nothing was."""
@@ -95,17 +100,8 @@ class OwnPoints:
 
 def _count(places: dict[int, int], xyz: NDArray[np.float64], size: float) -> int:
     """Count a cloud for each place that holds a point; return how many those are."""
-    cells = np.floor(xyz / size).astype(np.int64) + _HALF
-    found = np.unique(cells @ _STEPS).tolist()
+    cells = np.floor(xyz / size).astype(np.int64) + GRID[0] // 2
+    found = np.unique(np.ravel_multi_index(tuple(cells.T), GRID)).tolist()
     for key in found:
         places[key] = places.get(key, 0) + 1
     return len(found)
-
-
-_HALF, _BITS = 512, 10
-_STEPS = np.array([1 << 2 * _BITS, 1 << _BITS, 1])
-
-
-def _place(key: int) -> list[int]:
-    """Return the place of a key."""
-    return [(key >> bits & 1023) - _HALF for bits in (2 * _BITS, _BITS, 0)]

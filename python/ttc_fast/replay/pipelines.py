@@ -349,8 +349,8 @@ def assessed_row(number: int, stamp: float, speed: float, decision: Decision) ->
 
 def repeated_row(before: Row, number: int, stamp: float, speed: float, decision: Decision) -> Row:
     """Return the row of a frame whose readings are those of the row before, to the bit."""
-    said = decision.command, decision.reason
-    return before._replace(frame=number, stamp=stamp, command=said[0], reason=said[1], speed=speed)
+    command, reason = decision.command, decision.reason
+    return before._replace(frame=number, stamp=stamp, command=command, reason=reason, speed=speed)
 
 
 def tracked_row(number: int, stamp: float, tracked: TrackedTTC, speed: float | None, decision: Decision) -> Row:

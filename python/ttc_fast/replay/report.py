@@ -22,14 +22,15 @@ import numpy as np
 from ttc_fast import __version__
 from ttc_fast._extras import missing
 from ttc_fast.logs import CloudLog, ScanLog
+from ttc_fast.logs.storage import name_in
 from ttc_fast.plotting import VIEW, style
 from ttc_fast.plotting.birds_eye import draw_birds_eye
 from ttc_fast.plotting.history import LONGEST, SHORTEST
 from ttc_fast.replay.key_frame import view_of
 from ttc_fast.replay.picture import history_of
 from ttc_fast.replay.replayed import Chapter
+from ttc_fast.replay.row import SINCE_1970
 from ttc_fast.replay.run import name_of
-from ttc_fast.replay.scrub import SINCE_1970
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -245,7 +246,7 @@ def _why_nothing(result: Replayed) -> str:
 
 def _begin(result: Replayed) -> float:
     """Return what the times of a log count from: its first frame, where its stamps are times since 1970."""
-    if result.chapter is not None and len(result.chapter.history.stamps):
+    if result.chapter is not None:
         first = float(result.chapter.history.stamps[0])
     else:
         first = result.summary.events[0].begin.stamp if result.summary.events else 0.0
@@ -279,21 +280,18 @@ def _events(results: Sequence[Replayed], begins: Sequence[float]) -> Iterator[tu
         for event in result.summary.events:
             row, at = event.begin, event.begin.stamp - begin
             numbers = row.value, row.threshold, row.ttc, row.distance, row.speed
-            values = [_short(result.log), row.reason.name, row.criterion, at, event.end - begin, event.frames, *numbers]
+            cause = name_in(result.log), row.reason.name, row.criterion
+            values = [*cause, at, event.end - begin, event.frames, *numbers]
             yield {"log": number, "frame": row.frame, "at": f"{at:.6f}"}, values
 
 
 def _log(number: int, result: Replayed) -> tuple[dict[str, Any], list[Any]]:
     summary = result.summary
     least = math.nan if summary.least is None else summary.least.ttc
-    values = [_short(result.log), summary.frames, summary.duration, least, summary.exposed, summary.integrated]
+    values = [name_in(result.log), summary.frames, summary.duration, least, summary.exposed, summary.integrated]
     values += [summary.brakes, summary.warnings, summary.invalid, summary.stale, summary.lost]
     key_frame = None if result.chapter is None else result.chapter.key_frame
     return {"log": number, "frame": "" if key_frame is None else key_frame}, values
-
-
-def _short(log: str) -> str:
-    return log.rstrip("/").rpartition("/")[2]
 
 
 def _table(columns: dict[str, str], rows: Iterable[tuple[dict[str, Any], list[Any]]]) -> str:

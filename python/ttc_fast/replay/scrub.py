@@ -15,6 +15,7 @@ from ttc_fast._extras import missing
 from ttc_fast.brake import Command
 from ttc_fast.logs import CloudLog, ScanLog
 from ttc_fast.replay.drawing import ALARM, CAUTION, INK, LINE, PALE, QUIET, URGENCY, shown
+from ttc_fast.replay.row import SINCE_1970
 from ttc_fast.replay.run import name_of
 
 if TYPE_CHECKING:
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from ttc_fast.replay.row import Row
     from ttc_fast.replay.run import Replay
 
-SINCE_1970 = 946_684_800.0
-"""Stamps from 2000 on are times since 1970, s."""
 CURVES = {
     "ttc": ("TTC, s", ("ttc", "ttc_low", "ttc_high", "threshold")),
     "speed": ("speeds, m/s", ("speed", "closing_speed", "closing_low", "closing_high")),

@@ -39,6 +39,8 @@ LINE: dict[str, type] = {
     **dict.fromkeys(("least_stamp", "least_distance", "least_closing_speed", "first_brake"), float),
     "assumed": str,
 }
+OF_LEAST = ("ttc", "frame", "stamp", "distance", "closing_speed")
+"""The columns of ``Row`` that the line has of the row of least TTC."""
 EVENT: dict[str, type] = {
     "frame": int,
     **dict.fromkeys(("stamp", "end"), float),
@@ -66,11 +68,7 @@ def line_of(result: Replayed | Summary) -> dict[str, Any]:
         **{name: getattr(summary, name) for name in SAME},
         "tet": summary.exposed,
         "tit": summary.integrated,
-        "least_ttc": None if least is None else least.ttc,
-        "least_frame": None if least is None else least.frame,
-        "least_stamp": None if least is None else least.stamp,
-        "least_distance": None if least is None else least.distance,
-        "least_closing_speed": None if least is None else least.closing_speed,
+        **{f"least_{name}": getattr(least, name, None) for name in OF_LEAST},
         "start_frames": 0 if summary.start is None else summary.start.frames,
         "first_brake": summary.events[0].begin.stamp if summary.events else None,
         "odd": summary.odd,
