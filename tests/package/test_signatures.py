@@ -202,7 +202,7 @@ def test_pickled_settings_are_equal(settings: Any) -> None:
 
 
 def test_threads_are_a_setting_of_an_object_or_an_argument_of_a_function() -> None:
-    """Never of a method, so that nobody has to look up which."""
+    """They are never an argument of a method."""
     having = {
         name
         for name in ttc_fast.__all__

@@ -35,9 +35,8 @@ def data_of(report: Path) -> list[dict[str, Any]]:
 def several(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a report of ten logs, of which one is damaged and one cannot be read."""
     folder = tmp_path_factory.mktemp("several")
-    logs = [folder / f"{i}-{sample(name).name}" for i, name in enumerate(["scans", "clouds"] * 4)]
-    for log in logs:
-        shutil.copy(sample("scans" if "approach" in log.name else "clouds"), log)
+    samples = [sample("scans"), sample("clouds")] * 4
+    logs = [shutil.copy(log, folder / f"{i}-{log.name}") for i, log in enumerate(samples)]
     bag = write(folder, "bag", drive(400))
     damaged = folder / "<b>damaged & cut.bag"
     damaged.write_bytes(bag.read_bytes()[: bag.stat().st_size // 2])

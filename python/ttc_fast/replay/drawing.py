@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ttc_fast.brake import Command
-from ttc_fast.logs import CloudLog, ScanLog
 from ttc_fast.plotting import style as look
 from ttc_fast.plotting.birds_eye import moved
-from ttc_fast.replay.key_frame import view_of
+from ttc_fast.replay.key_frame import has_view, view_of
 from ttc_fast.sensors.clouds import FAR_AWAY
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ def shown(replay: Replay, rows: Iterable[Row]) -> Iterator[tuple[Row, Drawing | 
 
     A table of distances has no drawings.
     """
-    seen = isinstance(replay.log, (ScanLog, CloudLog))
+    seen = has_view(replay)
     before = None
     for row in rows:
         said = row.command, row.reason

@@ -9,7 +9,7 @@ import numpy as np
 
 from ttc_fast.brake import Command
 from ttc_fast.plotting.birds_eye import View, placed, seen_by, view_of_body
-from ttc_fast.replay.pipelines import Scans
+from ttc_fast.replay.pipelines import Distances, Scans
 
 if TYPE_CHECKING:
     from ttc_fast.replay.row import Row
@@ -17,6 +17,11 @@ if TYPE_CHECKING:
 
 CAR_WIDTH, CAR_LENGTH = 1.8, 4.2
 """The size of the vehicle where only its bumper is known, m."""
+
+
+def has_view(replay: Replay) -> bool:
+    """Return whether the frames of a replay can be seen from above; those of a table of distances cannot."""
+    return not isinstance(replay.pipeline, Distances)
 
 
 def view_of(replay: Replay, row: Row, frame: Any) -> View:

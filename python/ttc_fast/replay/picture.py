@@ -11,7 +11,7 @@ from ttc_fast.brake import Command
 from ttc_fast.plotting.birds_eye import draw_birds_eye
 from ttc_fast.plotting.history import History, draw_history
 from ttc_fast.plotting.style import ALARM, INK, QUIET, legend_above, open_figure
-from ttc_fast.replay.key_frame import view_of
+from ttc_fast.replay.key_frame import has_view, view_of
 from ttc_fast.replay.run import name_of
 from ttc_fast.replay.summary import is_isolated, known_ttc
 
@@ -56,7 +56,7 @@ def draw(replay: Replay) -> Figure:
     matplotlib.figure.Figure
         The picture. It has a canvas of its own, so that no display is needed.
     """
-    seen = None if hasattr(replay.log, "column") else replay.key_frame
+    seen = replay.key_frame if has_view(replay) else None
     title = f"{name_of(replay.log.path)}, {replay.summary.pace}"
     figure = open_figure(title, _footnote(replay), SIZE if seen else NARROW)
     grid = figure.add_gridspec(3, 2 if seen else 1, height_ratios=(1, 0.8, 1.5))

@@ -21,12 +21,11 @@ import numpy as np
 
 from ttc_fast import __version__
 from ttc_fast._extras import missing
-from ttc_fast.logs import CloudLog, ScanLog
 from ttc_fast.logs.storage import name_in
 from ttc_fast.plotting import VIEW, style
 from ttc_fast.plotting.birds_eye import draw_birds_eye
 from ttc_fast.plotting.history import LONGEST, SHORTEST
-from ttc_fast.replay.key_frame import view_of
+from ttc_fast.replay.key_frame import has_view, view_of
 from ttc_fast.replay.picture import history_of
 from ttc_fast.replay.replayed import Chapter
 from ttc_fast.replay.row import SINCE_1970
@@ -68,7 +67,7 @@ class Pictures:
     def __init__(self, replay: Replay) -> None:
         self._replay = replay
         self._drawn: dict[int, bytes] = {}
-        self._seen = isinstance(replay.log, (ScanLog, CloudLog))
+        self._seen = has_view(replay)
 
     def through(self, rows: Iterable[Row]) -> Iterator[Row]:
         """Pass rows on, and draw the first of each event."""

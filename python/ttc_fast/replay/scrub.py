@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast._extras import missing
 from ttc_fast.brake import Command
-from ttc_fast.logs import CloudLog, ScanLog
 from ttc_fast.replay.drawing import ALARM, CAUTION, INK, LINE, PALE, QUIET, URGENCY, shown
+from ttc_fast.replay.key_frame import has_view
 from ttc_fast.replay.row import SINCE_1970
 from ttc_fast.replay.run import name_of
 
@@ -61,7 +61,7 @@ def recorded(replay: Replay, rows: Iterable[Row], path: Path) -> Iterator[Row]:
     except ModuleNotFoundError:
         raise missing("a recording", "rerun") from None
     stream = rerun.RecordingStream("ttc_fast", make_default=False)
-    stream.save(path, _blueprint(replay, seen=isinstance(replay.log, (ScanLog, CloudLog))))
+    stream.save(path, _blueprint(replay, seen=has_view(replay)))
     try:
         _log_fixed(rerun, stream)
         for row, drawing, said in shown(replay, rows):
