@@ -127,6 +127,8 @@ class Processes(Executor):
         """Start a process, and wait until it has imported what it needs."""
         if self._refused:
             raise StartError(self._refused)
+        if self._ended:
+            raise WorkerLostError("the executor has ended")
         context = multiprocessing.get_context("spawn")
         link, other = context.Pipe()
         _hold_interrupts()
