@@ -136,11 +136,11 @@ def _curves() -> Any:
 
     rows = source("rows", "x", *CURVES)
     brakes, thresholds, chosen = source("brakes", "begin", "end"), source("thresholds", "y"), source("chosen", "x")
-    time, plots = Range1d(0.0, 1.0, name="time"), []
+    time, plots = Range1d(start=0.0, end=1.0, name="time"), []
     tools = "box_zoom,xwheel_zoom,xpan,reset,save"
     for title, lines, height in PLOTS:
         is_ttc = title.startswith("TTC")
-        scale: dict[str, Any] = {"y_range": Range1d(0.0, 1.0, name=title)}
+        scale: dict[str, Any] = {"y_range": Range1d(start=0.0, end=1.0, name=title)}
         if is_ttc:
             scale = {"y_axis_type": "log", "y_range": (SHORTEST, LONGEST)}
         plot = figure(
@@ -157,7 +157,7 @@ def _curves() -> Any:
             plot.scatter("x", name, source=rows, color=colour, size=3)
         plot.yaxis.axis_label = title
         plot.legend.location, plot.legend.orientation = "top_left", "horizontal"
-        plot.legend.background_fill_alpha, plot.legend.padding = 0.6, 2
+        plot.legend.update(background_fill_alpha=0.6, padding=2)
         plots.append(plot)
     plots[-1].xaxis.axis_label = "time, s"
     plots[0].add_tools(crosshair := CrosshairTool(dimensions="height"))
