@@ -6,8 +6,8 @@
     DIR/logs.parquet                               a line for each log: its summary, events, reason and exit code
 
 A part is written under another name and renamed, so that it is whole or absent. Its metadata say what it was made of
-(size and time of the log, settings, version) and hold the summary. So a part is all that is known of its log: whoever
-is to replay the log again sees that it is done, and the table follows from the parts. A log that cannot be read has a
+(size and time of the log, settings, version) and hold the summary. So a part is all that is known of its log: a
+later run sees by it that the log is done, and the table follows from the parts. A log that cannot be read has a
 part without rows. One that failed for another reason, such as a bucket that does not answer, has none, and is named in
 the table; the next run replays it again.
 """
@@ -23,14 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.logs.storage import (
-    Location,
-    join,
-    name_in,
-    read_by,
-    remove,
-    written_whole,
-)
+from ttc_fast.logs.storage import Location, join, name_in, read_by, remove, written_whole
 from ttc_fast.replay.output import OutputError, prepare_folder
 from ttc_fast.replay.replayed import Made, Replayed
 from ttc_fast.replay.summary import Summary

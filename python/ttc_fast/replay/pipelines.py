@@ -25,6 +25,7 @@ from ttc_fast.replay.own_points import FRAMES, OwnPoints
 from ttc_fast.replay.road import find_road
 from ttc_fast.replay.row import Row
 from ttc_fast.replay.settings import GATE_OPTIONS, SCANNER
+from ttc_fast.replay.summary import frames_of
 from ttc_fast.sensors.clouds import FAR_AWAY, Placement, only_heights
 from ttc_fast.sensors.oddities import Tally
 from ttc_fast.sensors.scans import Geometry, Repeats, Scan, ScanKernels
@@ -253,9 +254,8 @@ class Clouds:
         if not self._own_frames:
             return odd
         seen = f"the gate holds the vehicle itself, {self._own_distance:.2f} m ahead of the lidar"
-        count = "1 frame" if self._own_frames == 1 else f"{self._own_frames} frames"
         how = f"{option('front_offset')} says where the vehicle ends, or {option('gate_x')}"
-        return [f"{seen}: it was passed over in {count}; {how}", *odd]
+        return [f"{seen}: it was passed over in {frames_of(self._own_frames)}; {how}", *odd]
 
     def _turned(self, points: NDArray[Any]) -> NDArray[Any]:
         """Return the points of the lidar as the gate looks at them: forward is where the vehicle drives."""

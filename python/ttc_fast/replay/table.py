@@ -41,6 +41,8 @@ LINE: dict[str, type] = {
 }
 OF_LEAST = ("ttc", "frame", "stamp", "distance", "closing_speed")
 """The columns of ``Row`` that the line has of the row of least TTC."""
+OF_BEGIN = ("frame", "stamp", "criterion", "value", "threshold", "ttc", "speed")
+"""The columns of ``Row`` that an event has of its first row."""
 EVENT: dict[str, type] = {
     "frame": int,
     **dict.fromkeys(("stamp", "end"), float),
@@ -74,9 +76,8 @@ def line_of(result: Replayed | Summary) -> dict[str, Any]:
         "odd": summary.odd,
         "events": [
             {
-                **{name: getattr(begin, name) for name in ("frame", "stamp")},
+                **{name: getattr(begin, name) for name in OF_BEGIN},
                 **{"end": end, "frames": frames, "reason": begin.reason.name},
-                **{name: getattr(begin, name) for name in ("criterion", "value", "threshold", "ttc", "speed")},
             }
             for begin, end, frames in summary.events
         ],
