@@ -30,6 +30,7 @@ from ttc_fast import (
 from ttc_fast.configuration import Configuration, ConfigurationError
 from ttc_fast.logs import CloudLog, LogError, ScanLog, open_log
 from ttc_fast.replay import Replay, Row, Settings, Summary, sample
+from ttc_fast.replay.drawing import in_space
 from ttc_fast.replay.run import MOST_ROWS, Series
 from ttc_fast.replay.summary import is_isolated
 
@@ -470,6 +471,17 @@ def test_what_brakes_until_something_is_evaluated_is_no_brake_of_the_drive(reaso
     assert str(warming.start) == f"frame 0, 0.000 to 0.200 s, 3 frames: {reason.name}"
     again = Summary.of_json(warming.to_json())
     assert repr((again.start, again.events)) == repr((warming.start, warming.events))
+
+
+def test_one_braking_for_two_reasons_at_the_start_is_one_event() -> None:
+    blind = came_to(Reason.BLIND, Reason.BLIND, Reason.NO_MOTION, Reason.NO_MOTION)
+    assert (blind.start, blind.brakes, spans(blind)) == (None, 1, [(0, 4)])
+
+
+def test_a_frame_without_points_is_drawn_empty() -> None:
+    for nothing in (np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3))):
+        assert in_space(nothing).shape == (0, 3)
+    assert in_space(np.ones((4, 2))).tolist() == [[1.0, 1.0, 0.0]] * 4
 
 
 @pytest.mark.parametrize("lost", [Reason.NO_MOTION, Reason.BLIND, Reason.STALE])

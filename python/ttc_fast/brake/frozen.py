@@ -10,7 +10,8 @@ are equal are no evidence by themselves. They are stale if all of this holds sin
 - They contradict themselves: a return, were it at rest, would by now have come nearer than what is measured in its
   direction. So what drives ahead at the very speed of the vehicle, without any scatter, is taken for frozen.
 
-The last two readings that differ are held, so that a driver which has stopped between two buffers is found as well.
+The last two readings that differ are held, so that a driver which has stopped between two buffers is found as well, if
+there are many readings: a few coarse ones flicker between two values by themselves.
 
 An estimate that is the only frame is frozen if its numbers have been the same for longer than ``sensor_timeout`` and
 contradict themselves: its TTC is finite, and its target should have come nearer by ``STEP``.
@@ -46,6 +47,8 @@ STEP = 0.25
 """An estimated target may come nearer by this before its distance changes, m: radars give it in steps of 0.2 m."""
 MOST_BYTES = 1 << 15
 """Of larger readings a part is compared, every so many rows."""
+MANY_BYTES = 256
+"""Readings that take turns with others are compared from this size on: a few coarse ones are equal by chance."""
 BETWEEN_POINTS = 0.15
 """Returns are compared with those this near in direction, rad, or one and a half beams."""
 
@@ -58,11 +61,11 @@ def hold(source: Source, frame: Frame, assessment: ThreatAssessment, settings: B
     before = source.held
     if bits != before[0] or not bits:
         before = source.held_before
-        if bits != before[0] or not bits:
+        if bits != before[0] or len(bits) < MANY_BYTES:
             return bits, frame.stamp, frame.motion, None, False
     bits, since, motion, driven, is_frozen = before
     stamp, way, x, y, yaw = driven or Driven(since)
-    motion = slower(motion, frame.motion)
+    motion = slower(motion, frame.motion) if frame.stamp - stamp > settings.sensor_timeout else frame.motion
     if motion is not None and motion.over_ground > settings.standstill_speed:
         passed = frame.stamp - stamp
         cos, sin = math.cos(yaw) * passed, math.sin(yaw) * passed
@@ -82,11 +85,11 @@ def hold_estimate(source: Source, estimate: Estimate | None, settings: BrakeSett
     if estimate is None or estimate.saw_nothing:
         return source.held
     bits, stamp = repr(estimate[1:]).encode(), estimate.stamp
-    for readings, since, *_ in (source.held, source.held_before):
-        if bits == readings:
-            is_old = stamp - since > settings.sensor_timeout
-            return readings, since, None, None, is_old and should_have_changed(estimate, stamp - since)
-    return bits, stamp, None, None, False
+    readings, since, *_ = source.held
+    if bits != readings:
+        return bits, stamp, None, None, False
+    is_old = stamp - since > settings.sensor_timeout
+    return readings, since, None, None, is_old and should_have_changed(estimate, stamp - since)
 
 
 def should_have_changed(estimate: Estimate, seconds: float) -> bool:
@@ -95,7 +98,7 @@ def should_have_changed(estimate: Estimate, seconds: float) -> bool:
 
 
 def slower(one: Motion | None, other: Motion | None) -> Motion | None:
-    """Return the slower of the motions at both ends of a time, in which a vehicle may have started or stopped."""
+    """Return the slower of the motions at both ends of a gap, in which a vehicle may have started or stopped."""
     if one is None or other is None:
         return None
     return one if one.over_ground < other.over_ground else other

@@ -113,6 +113,8 @@ def drawing_of(replay: Replay, row: Row) -> Drawing:
 
 def in_space(points: NDArray[Any]) -> NDArray[np.float32]:
     """Return points with a height, which is 0 for those of a scan."""
+    if len(points) == 0:  # of no shape in particular
+        return np.zeros((0, 3), np.float32)
     points = np.asarray(points, np.float32).reshape(len(points), -1)[:, :3]
     return points if points.shape[1] == 3 else np.column_stack([points, np.zeros(len(points), np.float32)])
 

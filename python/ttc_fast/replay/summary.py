@@ -159,7 +159,9 @@ class Summary:
     def end(self) -> Row | None:
         """Measure the last row: there are no more; return what ``add`` does."""
         if self.start is not None and not self._evaluated:
-            self.events, self.brakes, self.start = [self.start, *self.events], self.brakes + 1, None
+            self.events.append(self.start)
+            self.events.sort(key=lambda event: event.begin.frame)
+            self.brakes, self.start = self.brakes + 1, None
         before, last = self._before, self._last
         self._before = self._last = None
         return None if last is None else self._measure(before, last, None)
@@ -214,7 +216,7 @@ class Summary:
         self.warnings += row.command is Command.WARN
         self._evaluated = self._evaluated or bool(row.criterion)
         waits = row.reason in AT_START and not self._evaluated
-        self._starts = brakes and (waits or (self._starts and row.reason in STILL_BRAKING))
+        self._starts = brakes and not self._brakes and (waits or (self._starts and row.reason in STILL_BRAKING))
         if self._starts:
             begin, _, frames = self.start or Event(row, row.stamp, 0)
             self.start = Event(begin, row.stamp, frames + 1)
