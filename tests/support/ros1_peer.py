@@ -92,7 +92,7 @@ def lockstep(distances: str, speed: str) -> None:
 
 
 def stream(topic: str, value: str) -> None:
-    """Publish the same again and again, but for millimetres of scans: a frozen scanner is stale, and one of two scans in turn."""
+    """Publish the same again and again, but for millimetres of scans: a frozen scanner is stale."""
     make, kind = SPEEDS.get(topic, (an_odometry, Odometry)) if topic != "/scan" else (a_scan, numpy_msg(LaserScan))
     out = publisher(topic, kind)
     change = itertools.cycle((0.0, 0.001, 0.002) if topic == "/scan" else (0.0,))
