@@ -367,14 +367,14 @@ def _opened(task: Task, made: Made | None) -> Replay | Replayed:
         of_the_log = of_the_log and not isinstance(error, UselessOptionError)
         return _without_rows(task, str(error), UNREADABLE, made if of_the_log else None)
     except ConfigurationError as error:
-        return _without_rows(task, f"{task.name}: {task.settings.typed(error)}", USAGE, made)
+        return _without_rows(task, f"{task.name}: {task.settings.typed(error)}", USAGE)
 
 
 def _played(task: Task, replay: Replay, rows: Iterable[Row], made: Made | None) -> Replayed:
     try:
         chapter = play(replay, rows, task.files)
     except ConfigurationError as error:
-        return _without_rows(task, f"{task.name}: {error}", USAGE, made)
+        return _without_rows(task, f"{task.name}: {error}", USAGE)
     summary = replay.summary
     if not summary.frames and not summary.lost:
         summary.lost = f"{task.name}: has no frames"
