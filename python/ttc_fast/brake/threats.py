@@ -81,8 +81,6 @@ class ThreatAssessment:
         self._horizon = horizon
         self.scan_path = None if scan is None else path_of(scan, horizon)
         self._needs_beams = self._needs_path = self._needs_arc = True
-        self._scan_kernel: Any = self.scan_path
-        """The swept path of the scanner, where a criterion needs it."""
         self._sharpest = 0.0
         self.stopping = StoppingDistance()
         """How the vehicle stops."""
@@ -129,7 +127,6 @@ class ThreatAssessment:
         self.stopping = stopping[0] if stopping else StoppingDistance(deceleration)
         needs = {criterion.needs for criterion in criteria}
         self._needs_path = self.has_path and not needs.isdisjoint({Needs.PATH, Needs.NEAREST, Needs.ARC})
-        self._scan_kernel = self.scan_path if self._needs_path else None
         self._needs_arc = Needs.ARC in needs
         self._sharpest = max((each.sharpest for each in criteria if isinstance(each, PresentArc)), default=0.0)
         # Every scan is assessed in one way at least, so that a blind scanner is noticed by a controller of estimates.
@@ -147,7 +144,6 @@ class ThreatAssessment:
             same = is_same(scan, self.range_rate.scan)
             self._rate_beams = None if same else nearest_beams(scan, self.range_rate.scan)
         self.scan, self.scan_path = scan, scan_path
-        self._scan_kernel = scan_path if self._needs_path else None
 
     def _by_beams_of_rates(self, ranges: Any) -> Any:
         """Return a scan as the beams of the range rate would have measured it."""
@@ -213,7 +209,8 @@ class ThreatAssessment:
         """Return the threats of a frame to a vehicle of this motion, which may turn where it follows no path."""
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
-        readings, kernel = frame.ranges, self._scan_kernel
+        readings = frame.ranges
+        kernel: Any = self.scan_path if self._needs_path else None
         seen: Any = None
         beams = path = arc = turn = estimate = None
         is_sure = False
@@ -252,17 +249,14 @@ class ThreatAssessment:
 
     def _path_threat(self, frame: Frame, seen: Any, over_ground: float) -> Threat:
         """Return what the outline touches first, at the time of the decision; its clearance is that along the way."""
-        age = frame.now - frame.stamp
         if frame.points is None:
             index, angle, distance = seen.beam, seen.angle, seen.range
-            if index > 0:
-                age -= index * frame.time_increment
+            age = age_of(frame, index)
         elif type(seen) is NearestPointBatch:
             raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
         else:
             index, angle, distance = seen.index, math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
-        if age < 0.0:  # what has come was measured before
-            age = 0.0
+            age = age_of(frame)
         ttc = seen.ttc - age
         if ttc < 0.0:
             ttc = 0.0
@@ -289,7 +283,7 @@ class ThreatAssessment:
     def _beam_threat(self, source: Source, frame: Frame, seen: Any) -> Threat:
         """Return the nearest beam at the time of the decision."""
         beam, closing = seen.beam, seen.closing_speed
-        age = max(frame.now - frame.stamp - max(beam, 0) * frame.time_increment, 0.0)
+        age = age_of(frame, beam)
         ttc, clearance = max(seen.ttc - age, 0.0), max(seen.clearance - max(closing, 0.0) * age, 0.0)
         return new(Threat, (source, ttc, seen.status, beam, seen.angle, seen.range, clearance, closing, age))
 
@@ -364,6 +358,14 @@ def _instead_of(criteria: Any) -> str:
         return f"got an array; ranges go to update(now, ranges=...), {scan}"
     listed = f"[{criteria}]" if hasattr(criteria, "evaluate") else "[IttcThreshold(1.5)]"
     return f"such as {listed}, got {criteria!r}"
+
+
+def age_of(frame: Frame, beam: int = 0) -> float:
+    """Return the age of a frame, or of a beam of it, at the time of the decision, s."""
+    age = frame.now - frame.stamp
+    if beam > 0:
+        age -= beam * frame.time_increment
+    return age if age > 0.0 else 0.0  # what has come was measured before
 
 
 def estimated_threat(frame: Frame) -> tuple[Threat | None, bool]:

@@ -53,13 +53,18 @@ def estimate(time: Doubles, measured: Doubles, covariance: Doubles, metre: float
         evidence.append(log_evidence + np.log(prior * share))
         means.append(mean)
         covariances.append(spread)
-    weight = np.exp(np.array(evidence) - max(evidence))
-    weight /= weight.sum()
-    mean = weight @ np.array(means)
-    apart = np.array(means) - mean
-    spread = np.einsum("i,ijk->jk", weight, np.array(covariances)) + (weight * apart.T) @ apart
+    mean, spread = average(np.array(evidence), np.array(means), np.array(covariances))
     position, speed = map(float, mean)
     return Kinematics(position, speed, spread[0, 0], spread[0, 1], spread[1, 1] + (SYSTEMATIC * speed) ** 2)
+
+
+def average(evidence: Doubles, means: Doubles, covariances: Doubles) -> tuple[Doubles, Doubles]:
+    """Return mean and covariance of a mixture whose parts are weighed by their evidence, a logarithm."""
+    weight = np.exp(evidence - evidence.max())
+    weight /= weight.sum()
+    mean = weight @ means
+    apart = means - mean
+    return mean, np.einsum("i,ijk->jk", weight, covariances) + (weight * apart.T) @ apart
 
 
 def _kernel(time: Doubles, acceleration: float, jerk: float) -> Doubles:

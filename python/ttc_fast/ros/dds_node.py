@@ -115,12 +115,11 @@ class DdsNode:
 
     def said(self) -> str:
         """Return where the node is, and what it reads and publishes."""
-        settings, topics = self.settings, sorted({each.topic for each in self.participant.subscriptions})
-        published = [settings.brake_topic, settings.drive_topic, settings.diagnostics_topic, settings.marker_topic]
-        return (
-            f"DDS domain {self.participant.settings.domain}, reads {', '.join(topics)}, "
-            f"publishes {', '.join(filter(None, published))}"
+        node = self.participant
+        reads, publishes = (
+            ", ".join(sorted({each.topic for each in all_of})) for all_of in (node.subscriptions, node.publishers)
         )
+        return f"DDS domain {node.settings.domain}, reads {reads}, publishes {publishes}"
 
     def close(self) -> None:
         """Leave the graph."""

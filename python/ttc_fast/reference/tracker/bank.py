@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ttc_fast.reference.mixture import MODELS
-from ttc_fast.reference.tracker.filter import KalmanFilter, Posterior, of_mixture
+from ttc_fast.reference.mixture import MODELS, average
+from ttc_fast.reference.tracker.filter import KalmanFilter, Posterior
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -75,4 +75,4 @@ class FilterBank:
         if not parts:
             return None
         means, covariances = (np.array([getattr(part, name) for part in parts]) for name in ("mean", "covariance"))
-        return of_mixture(self.evidence, means, covariances)
+        return Posterior(*average(self.evidence, means, covariances))

@@ -36,18 +36,6 @@ class Posterior:
     """The part of the distance's variance that allows for motion which the model does not follow, m^2."""
 
 
-def of_mixture(
-    evidence: NDArray[np.float64], means: NDArray[np.float64], covariances: NDArray[np.float64]
-) -> Posterior:
-    """Average posteriors, each weighed by its evidence, a logarithm."""
-    weight = np.exp(evidence)
-    weight /= weight.sum()
-    mean = weight @ means
-    apart = means - mean
-    within = np.einsum("i,ijk", weight, covariances)
-    return Posterior(mean, within + (weight * apart.T) @ apart)
-
-
 class KalmanFilter:
     """A recursive filter over the distances of one target.
 

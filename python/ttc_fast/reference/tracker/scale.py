@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from ttc_fast.reference.arguments import non_negative, number, positive, shows_settings
-from ttc_fast.reference.mixture import MODELS, SYSTEMATIC
+from ttc_fast.reference.mixture import MODELS, SYSTEMATIC, average
 from ttc_fast.reference.tracker.answer import TrackedTTC, nothing, of_posterior, only_where
 from ttc_fast.reference.tracker.bank import SPEED_NOISE
-from ttc_fast.reference.tracker.filter import KalmanFilter, Posterior, of_mixture
+from ttc_fast.reference.tracker.filter import KalmanFilter, Posterior
 from ttc_fast.reference.tracker.track import NORMAL
 from ttc_fast.status import Status
 
@@ -267,7 +267,8 @@ class ScaleTracker:
     def _posterior(self) -> Posterior:
         evidence = np.array([member.evidence for member in self._members])
         means = np.array([member.filter.mean[:2] for member in self._members])
-        posterior = of_mixture(evidence, means, np.array([each.filter.covariance[:2, :2] for each in self._members]))
+        covariances = np.array([each.filter.covariance[:2, :2] for each in self._members])
+        posterior = Posterior(*average(evidence, means, covariances))
         distance, speed = posterior.mean
         shared = max(SHARED * abs(speed), SHARED_OF_SPREAD * self._spread * distance)
         posterior.covariance[1, 1] += (SYSTEMATIC * speed if self._metric else shared) ** 2
