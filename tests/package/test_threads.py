@@ -1,8 +1,9 @@
-"""One object in many threads, the GIL released for long work, and memory that changes under a call."""
+"""One object in many threads, the GIL released for long work, interrupts, and memory that changes under a call."""
 
 from __future__ import annotations
 
 import math
+import signal
 import sys
 import sysconfig
 import threading
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 import ttc_fast
-from tests.support.common import CAR
+from tests.support.common import CAR, can_interrupt, interrupted_after
 from ttc_fast import KthSmallest, NeighbourSupport, NoDataError, ScanTTC
 
 if TYPE_CHECKING:
@@ -111,6 +112,65 @@ def test_long_work_releases_the_gil(call: Callable[[], object]) -> None:
 def test_the_test_above_can_fail() -> None:
     """A call that keeps the GIL is seen to keep it."""
     assert not any(lets_others_run(lambda: sum(range(300_000))) for _ in range(5))
+
+
+def endless_rows(*row: int) -> Any:
+    """Rows of one row's memory, more than any processor gets through in a minute."""
+    return np.broadcast_to(np.full(row, 10.0, np.float32), (10**9 // math.prod(row) * 4, *row))
+
+
+def keypoints(estimator: Any, threads: int) -> Any:
+    before = np.random.default_rng(3).uniform(0.0, 2000.0, (1 << 21, 2)).astype(np.float32)
+    return ttc_fast.ttc_from_keypoints(before, before * 1.02, 0.1, estimator=estimator, threads=threads)
+
+
+ENDLESS_CALLS = {
+    "min": lambda threads: ScanTTC(-2.0, 0.004, 1000, threads=threads).min(endless_rows(1000), 5.0, 0.1),
+    "nearest": lambda threads: ScanTTC(-2.0, 0.004, 1000, threads=threads).nearest(endless_rows(1000), 5.0, 0.1),
+    "swept path": lambda _: ttc_fast.SweptPath(CAR).min(endless_rows(1000, 3), 5.0, 0.1),
+    "no columns": lambda _: ttc_fast.ittc(np.empty((1 << 40, 0)), closing_speed=5.0),
+    "median": lambda threads: keypoints(ttc_fast.MedianRatio(), threads),
+    "consensus": lambda threads: keypoints(ttc_fast.Consensus(trials=1_000_000), threads),
+    "pairs of the consensus": lambda threads: keypoints(ttc_fast.Consensus(trials=1), threads),
+}
+
+
+@can_interrupt
+@pytest.mark.slow
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("call", ENDLESS_CALLS.values(), ids=ENDLESS_CALLS)
+def test_an_interrupt_ends_a_long_call(call: Callable[[int], object], threads: int) -> None:
+    begun = time.perf_counter()
+    with interrupted_after(1.0), pytest.raises(KeyboardInterrupt):
+        call(threads)
+    assert time.perf_counter() - begun < 60.0
+
+
+def cluster() -> Any:
+    points = np.random.default_rng(4).uniform(3.0, 60.0, (1 << 19, 3))
+    return ttc_fast.robust_min_x(points, gate=EVERYWHERE, estimator=ttc_fast.Cluster(tolerance=1e-9, min_points=2))
+
+
+EVERYWHERE = ttc_fast.Gate(x=(0.0, 99.0), y=(-99.0, 99.0), z=(-99.0, 99.0))
+CALLS_OF_A_SECOND = {
+    "batch": lambda: LONG_SCAN.min(np.broadcast_to(LONG_RANGES[0], (1000, LARGE)), 5.0, 0.1).tobytes(),
+    "cluster": cluster,
+}
+
+
+@can_interrupt
+@pytest.mark.slow
+@pytest.mark.parametrize("call", CALLS_OF_A_SECOND.values(), ids=CALLS_OF_A_SECOND)
+def test_a_handler_that_does_not_raise_runs_meanwhile_and_changes_nothing(call: Callable[[], object]) -> None:
+    expected, meanwhile = call(), []
+    before = signal.signal(signal.SIGALRM, lambda *_: meanwhile.append(LONG_SCAN.min(LONG_RANGES[0], 5.0)))
+    signal.setitimer(signal.ITIMER_REAL, 0.05, 0.05)
+    try:
+        assert repr(call()) == repr(expected)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert len(meanwhile) >= 2  # once is after the call
 
 
 @pytest.mark.parametrize("minimum", [None, KthSmallest(3), NeighbourSupport()], ids=repr)

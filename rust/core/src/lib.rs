@@ -7,6 +7,7 @@ pub mod column;
 mod error;
 mod formula;
 mod hit;
+pub mod interrupt;
 pub mod ittc;
 pub mod lanes;
 pub mod mixture;

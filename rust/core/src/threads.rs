@@ -7,6 +7,7 @@
 //! pieces left, or none, and the call does not wait for it. The call waits for a thread that is interrupted within a
 //! piece.
 
+use crate::interrupt::{for_helpers, watching};
 use rayon::ThreadPoolBuilder;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -40,7 +41,13 @@ pub fn pieces<R: Send>(threads: usize, n: usize, least: usize, work: impl Fn(Ran
         }
     };
     rayon::in_place_scope(|scope| {
-        (1..threads).for_each(|_| scope.spawn(|_| take_all()));
+        let watch = for_helpers();
+        (1..threads).for_each(|_| {
+            let watch = watch.clone();
+            scope.spawn(|_| {
+                let _ = watching(watch, take_all); // one that ends early has no results to give, and nobody to ask
+            });
+        });
         take_all();
     });
     results.into_iter().filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()

@@ -2,7 +2,7 @@
 
 use crate::macros::{choices, results, settings_class};
 use crate::points::{AnyPixels, Pixels};
-use crate::util::run::{level, release};
+use crate::util::run::{interruptible, level};
 use crate::util::{number, value_error};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -301,7 +301,7 @@ pub fn ttc_from_keypoints(
     let (previous, current) = (Pixels::view("previous", previous)?, Pixels::view("current", current)?);
     let (previous, current) = (previous.positions(), current.positions());
     let level = level();
-    let found = release(py, 2 * previous.len() * previous.len(), || match (previous, current) {
+    let found = interruptible(py, 2 * previous.len() * previous.len(), || match (previous, current) {
         (AnyPixels::Single(previous), AnyPixels::Single(current)) => {
             let keypoints = Keypoints { previous, current };
             Some(camera::ttc_from_keypoints(keypoints, dt, min_distance, estimator, level, threads))
@@ -311,7 +311,7 @@ pub fn ttc_from_keypoints(
             Some(camera::ttc_from_keypoints(keypoints, dt, min_distance, estimator, level, threads))
         }
         _ => None,
-    });
+    })?;
     let found = found.ok_or_else(|| {
         let dtypes = [previous.dtype(), current.dtype()].join(" and ");
         PyTypeError::new_err(format!("previous and current must have the same dtype, got {dtypes}"))

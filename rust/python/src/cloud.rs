@@ -4,7 +4,7 @@ use crate::estimators::estimator;
 use crate::gate::gate;
 use crate::macros::{for_each_type, results};
 use crate::points::{AnyPoints, Cloud};
-use crate::util::run::{level, release};
+use crate::util::run::{interruptible, level};
 use crate::util::{threads as checked_threads, value_error};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -111,11 +111,11 @@ pub fn robust_min_x(
     let (gate, estimator) = (self::gate(gate)?, estimator_or_default(estimator)?);
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
-    let found = release(
+    let found = interruptible(
         py,
         3 * points.len(),
         || for_each_type!(points, points => cloud::robust_min_x(points, gate, estimator, level(), threads)),
-    );
+    )?;
     found.map(MinX).map_err(value_error)
 }
 
@@ -206,7 +206,7 @@ pub fn ttc_from_clouds(
     let (previous, current) = (Cloud::view("previous", previous)?, Cloud::view("current", current)?);
     let clouds = (previous.points(), current.points());
     let level = level();
-    let found = release(py, 3 * (clouds.0.len() + clouds.1.len()), || match clouds {
+    let found = interruptible(py, 3 * (clouds.0.len() + clouds.1.len()), || match clouds {
         (AnyPoints::Single(previous), AnyPoints::Single(current)) => {
             Some(cloud::ttc_from_clouds([previous, current], dt, gate, estimator, front_offset, level))
         }
@@ -214,7 +214,7 @@ pub fn ttc_from_clouds(
             Some(cloud::ttc_from_clouds([previous, current], dt, gate, estimator, front_offset, level))
         }
         _ => None,
-    });
+    })?;
     let found = found.ok_or_else(|| PyTypeError::new_err("previous and current must have the same dtype"))?;
     found.map(CloudTTC).map_err(value_error)
 }

@@ -1,7 +1,7 @@
 //! A formula over numbers and arrays: numbers give a float, arrays are read in place and give an array of their dtype.
 
 use crate::array::{Floats, Numbers, as_array, promote, refuse_shared};
-use crate::util::run::{level, release};
+use crate::util::run::{interruptible, level};
 use crate::util::{number, value_error};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -9,6 +9,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 use ttc_fast_core::column::{Table, TableMut};
+use ttc_fast_core::interrupt::worked;
 use ttc_fast_core::motion::{Operand, each, each_status};
 use ttc_fast_core::real::Real;
 use ttc_fast_core::{Error, Status};
@@ -161,6 +162,7 @@ where
         let (rows, columns) = tables.iter().flatten().next().map_or((0, 0), |table| (table.rows(), table.columns()));
         let work = move || -> Result<(), Error> {
             for row in 0..rows {
+                worked(columns.max(1) * N);
                 let operands: [Operand<'_, T>; N] = std::array::from_fn(|i| match &tables[i] {
                     Some(table) => Operand::Each(table.row(row)),
                     None => Operand::Same(self.numbers[i]),
@@ -172,6 +174,6 @@ where
             }
             Ok(())
         };
-        release(py, rows * columns * N, work).map_err(value_error)
+        interruptible(py, rows * columns.max(1) * N, work)?.map_err(value_error)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::array::{Floats, Numbers, as_array, outputs, promote};
 use crate::util;
-use crate::util::run::{level, release};
+use crate::util::run::{interruptible, level};
 use crate::util::value_error;
 use numpy::{PyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -10,6 +10,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use ttc_fast_core::column::{ColumnMut, Table, TableMut};
+use ttc_fast_core::interrupt::worked;
 use ttc_fast_core::ittc::{Rate, Speeds};
 use ttc_fast_core::real::Real;
 
@@ -246,6 +247,7 @@ fn run<T: Real>(
     let closing = matches!(rate, Rate::ClosingSpeed(_));
     let work = move || {
         for row in 0..ranges.rows() {
+            worked(ranges.columns().max(1));
             let speeds = speeds.row(row);
             let rate = if closing { Rate::ClosingSpeed(speeds) } else { Rate::RangeRate(speeds) };
             let mut status: Option<ColumnMut<'_, u8>> = status.as_mut().map(|status| status.row(row));
@@ -254,5 +256,5 @@ fn run<T: Real>(
         }
         Ok(())
     };
-    release(py, ranges.rows() * ranges.columns(), work).map_err(value_error)
+    interruptible(py, ranges.rows() * ranges.columns().max(1), work)?.map_err(value_error)
 }

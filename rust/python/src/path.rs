@@ -4,13 +4,14 @@ use crate::array::{empty, output_apart, refuse_same_memory};
 use crate::macros::{for_each_type, results, settings};
 use crate::points::Frames;
 use crate::scan_query::{MotionArguments, Motions, path_points};
-use crate::util::run::{level, release};
+use crate::util::run::{interruptible, level};
 use crate::util::{Given, check_no_data, no_data, value_error, value_error_in_row};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 use ttc_fast_core::column::TableMut;
+use ttc_fast_core::interrupt::worked;
 use ttc_fast_core::path::{self, PlannedPath};
 use ttc_fast_core::points::Points;
 use ttc_fast_core::real::Real;
@@ -315,6 +316,9 @@ impl SweptPath {
             return Err(PyValueError::new_err("points changed their shape while the motions were read"));
         }
         for row in 0..rows.unwrap_or(1) {
+            if row % (1 << 20) == (1 << 20) - 1 {
+                points.py().check_signals()?;
+            }
             let motion = motions.row(row);
             let checked = match plan {
                 None => self.path.check_motion(motion),
@@ -389,7 +393,11 @@ fn each<T: Real, R: Send>(
     motions: &Motions,
     mut work: impl FnMut(usize, Motion) -> PyResult<R> + Send,
 ) -> PyResult<Vec<R>> {
-    release(py, points.len(), || (0..points.count()).map(|row| work(row, motions.row(row))).collect())
+    let one = |row| {
+        worked((points.len() / points.count()).max(1));
+        work(row, motions.row(row))
+    };
+    interruptible(py, points.len().max(points.count()), || (0..points.count()).map(one).collect())?
 }
 
 /// The point that is hit first, and everything that says why.

@@ -4,7 +4,7 @@
 use crate::array::{Floats, as_array, outputs, refuse_masked};
 use crate::macros::for_each_type;
 use crate::nearest::{Nearest, NearestBatch};
-use crate::util::run::release;
+use crate::util::run::{interruptible, release};
 use crate::util::{Given, describe, no_data, number, value_error, value_error_in_row};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 use ttc_fast_core::Error;
 use ttc_fast_core::column::{Column, ColumnMut, Table, TableMut};
+use ttc_fast_core::interrupt::worked;
 use ttc_fast_core::path::PlannedPath;
 use ttc_fast_core::scan::{self, Range, ScanSweptPath, ScanTtc};
 use ttc_fast_core::threads::pieces;
@@ -234,12 +235,12 @@ impl<C: Criterion> BeamQuery<'_, C> {
         ranges: &Table<'_, T>,
         motions: &Motions,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let each: Vec<f64> = release(py, ranges.rows() * ranges.columns(), || {
+        let each: Vec<f64> = interruptible(py, ranges.rows() * ranges.columns(), || {
             self.rows(ranges, |row| {
                 let least = self.criterion.min(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))?;
                 least.or(self.no_data).ok_or_else(|| no_data("ScanTTC", "scan", Some(row)))
             })
-        })?;
+        })??;
         Ok(PyArray1::from_vec(py, each).into_any())
     }
 
@@ -253,11 +254,11 @@ impl<C: Criterion> BeamQuery<'_, C> {
         ranges: &Table<'_, T>,
         motions: &Motions,
     ) -> PyResult<Vec<scan::Nearest>> {
-        release(py, ranges.rows() * ranges.columns(), || {
+        interruptible(py, ranges.rows() * ranges.columns(), || {
             self.rows(ranges, |row| {
                 self.criterion.nearest(ranges.row(row), motions.row(row)).map_err(value_error_in_row(row))
             })
-        })
+        })?
     }
 
     fn per_beam_each<T: Range>(
@@ -268,15 +269,16 @@ impl<C: Criterion> BeamQuery<'_, C> {
         mut out: TableMut<'_, T>,
         mut status: Option<TableMut<'_, u8>>,
     ) -> PyResult<()> {
-        release(py, ranges.rows() * ranges.columns(), || {
+        interruptible(py, ranges.rows() * ranges.columns(), || {
             for row in 0..ranges.rows() {
+                worked(ranges.columns().max(1));
                 let mut status = status.as_mut().map(|status| status.row(row));
                 self.criterion
                     .per_beam(ranges.row(row), motions.row(row), &mut out.row(row), status.as_mut())
                     .map_err(value_error_in_row(row))?;
             }
             Ok(())
-        })
+        })?
     }
 
     /// Do `work` on each row of a batch, by at most `self.threads` threads. The first error wins.
@@ -286,7 +288,11 @@ impl<C: Criterion> BeamQuery<'_, C> {
         work: impl Fn(usize) -> PyResult<R> + Sync,
     ) -> PyResult<Vec<R>> {
         let least = LEAST_PIECE.div_ceil(ranges.columns().max(1));
-        let rows = pieces(self.threads, ranges.rows(), least, |rows| rows.map(&work).collect::<PyResult<Vec<R>>>());
+        let work = |row| {
+            worked(ranges.columns().max(1));
+            work(row)
+        };
+        let rows = pieces(self.threads, ranges.rows(), least, |rows| rows.map(work).collect::<PyResult<Vec<R>>>());
         Ok(rows.into_iter().collect::<PyResult<Vec<_>>>()?.into_iter().flatten().collect())
     }
 }

@@ -9,6 +9,7 @@
 use super::matches::Matches;
 use super::similarity::Similarity;
 use super::spread::Strained;
+use crate::interrupt::worked;
 use crate::lanes::LANES;
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
@@ -57,6 +58,7 @@ impl Ransac {
         let mut best = None;
         let mut most = 1;
         for _ in 0..self.trials {
+            worked(matches.len());
             let (first, second) = random.below(matches.len(), others);
             let second = second + usize::from(second >= first);
             if let Some(similarity) = Similarity::through(matches, first, second) {

@@ -26,6 +26,8 @@ const DEVIATIONS: [f64; 2] = [3.0, 12.0];
 const CROWD: f64 = 0.125;
 /// The groups of pairs that may be borderline, beside those that are expected.
 const LEAST_ROOM: usize = 4096;
+/// The most such groups, and the most pairs of a sample: a call takes some hundred MB at most.
+const MOST_ROOM: usize = 1 << 24;
 
 /// The median of all pairs' ratios; `None` if no pair counts.
 pub(super) fn median<T: Real>(matches: &Matches<T>, rule: Rule, level: Level, threads: usize) -> Option<Ratio> {
@@ -34,7 +36,8 @@ pub(super) fn median<T: Real>(matches: &Matches<T>, rule: Rule, level: Level, th
         return median_of(&shifts.quotients(shifts.all()), level);
     }
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number above 0")]
-    let sample = shifts.quotients((SHIFTS * (matches.len() as f64).cbrt()) as usize);
+    let many = (SHIFTS * (matches.len() as f64).cbrt()) as usize;
+    let sample = shifts.quotients(many.min(MOST_ROOM / matches.len()).max(1));
     let median = by_counting(matches, &sample, rule, level, threads);
     let median = median.or_else(|_| by_counting(&matches.widened(), &sample, rule, level, threads));
     median.unwrap_or_else(|_| {
@@ -52,8 +55,11 @@ pub(super) fn pairs<T: Real>(matches: &Matches<T>, rule: Rule, level: Level, thr
     let all = AllPairs::of(matches, tiles.as_ref(), rule, level, threads);
     let bracket = Bracket { low: ABOVE_ALL, high: f64::INFINITY };
     let counted = all.each_part(|pairs| {
-        let counted = level.run(Count { pairs, rule, bracket, room: usize::MAX });
-        counted.below + counted.borderline.quotients(all.matches, rule).len()
+        let parts = pairs.parts().map(|pairs| {
+            let counted = level.run(Count { pairs, rule, bracket, room: usize::MAX });
+            counted.below + counted.borderline.quotients(all.matches, rule).len()
+        });
+        parts.sum::<usize>()
     });
     Some(counted.into_iter().sum()).filter(|pairs| *pairs > 0)
 }
@@ -102,7 +108,8 @@ impl<T: Real> AllPairs<'_, T> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of groups")]
         let expected = (self.groups() as f64 * (1.5 * LANES as f64 * share).min(1.0)) as usize;
         let counted = self.each_part(|pairs| {
-            let counted = self.level.run(Count { pairs, rule: self.rule, bracket, room: LEAST_ROOM + expected });
+            let room = (LEAST_ROOM + expected).min(MOST_ROOM);
+            let counted = self.level.run(Count { pairs, rule: self.rule, bracket, room });
             (!counted.overflown).then(|| (counted.borderline.quotients(self.matches, self.rule), counted))
         });
         let (mut inside, mut below, mut pairs) = (Vec::new(), 0, 0);

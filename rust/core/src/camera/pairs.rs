@@ -5,6 +5,7 @@
 //! sixteen pairs at a time, and hands them to a [`Visitor`].
 
 use super::matches::{Block, MOST, Matches, Places, Tiles};
+use crate::interrupt::worked;
 use crate::lanes::{LANES, Lanes, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Level};
@@ -247,7 +248,18 @@ impl<T: Real> Pairs<'_, T> {
             if !visitor.continues() {
                 return;
             }
+            if half % STRIPS_BETWEEN == 0 {
+                worked(STRIPS_BETWEEN * ROWS * matches.len());
+            }
         }
+    }
+
+    /// These pairs in parts whose groups fit into the memory that is kept.
+    pub(super) fn parts(self) -> impl Iterator<Item = Self> {
+        let Range { start, end } = self.double_strips;
+        let of_double_strip = 2 * self.most_groups().1;
+        let each = (MOST_KEPT / of_double_strip).max(1);
+        (start..end).step_by(each).map(move |at| Pairs { double_strips: at..end.min(at + each), ..self })
     }
 
     /// The most groups of pairs among these, and in one strip.
@@ -271,6 +283,9 @@ struct Strip<'m, T> {
 /// The matches that are compared with a block while it is in the cache. They belong to one block themselves.
 const ROWS: usize = 2;
 const _: () = assert!(LANES.is_multiple_of(ROWS));
+
+/// The strips that are visited before their work is counted.
+const STRIPS_BETWEEN: usize = 16;
 
 /// The number of double strips of some matches.
 fn double_strips(matches: usize) -> usize {

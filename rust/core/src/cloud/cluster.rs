@@ -13,6 +13,7 @@
 //! rounds: a box is never farther from a point than what is in it, and no link is lost to rounding.
 
 use super::buffer::Candidate;
+use crate::interrupt::worked;
 use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
@@ -20,6 +21,12 @@ use std::iter;
 
 /// The nearest candidates that are sorted at first. The others are sorted only if no cluster of these is large enough.
 const LIKELY_SEEDS: usize = 32;
+
+/// Work on more points than this is counted.
+const MANY: usize = 4096;
+
+/// The points that ask the tree before their work is counted.
+const POINTS_BETWEEN: usize = 1024;
 
 /// The nearest point of the nearest cluster of at least `min_points`, and the number of points in that cluster.
 pub(super) fn nearest<T: Real>(
@@ -61,7 +68,7 @@ impl<S: Iterator<Item = usize>> Kernel for Search<S> {
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Self::Output {
         let Search { mut tree, seeds, limit, min_points } = self;
-        let (mut taken, mut to_grow) = (0, Vec::with_capacity(tree.len()));
+        let (mut taken, mut asked, mut to_grow) = (0, 0_usize, Vec::with_capacity(tree.len()));
         for seed in seeds {
             if !tree.is_free(seed) {
                 continue;
@@ -77,6 +84,10 @@ impl<S: Iterator<Item = usize>> Kernel for Search<S> {
                 let (point, known) = (tree.point(place), to_grow.len());
                 tree.take_near(simd, &point, limit, &mut to_grow);
                 taken += to_grow.len() - known;
+                asked += 1;
+                if asked % POINTS_BETWEEN == 0 {
+                    worked(POINTS_BETWEEN * LANES);
+                }
             }
             if taken - others >= min_points {
                 return Some((seed, taken - others));
@@ -249,6 +260,9 @@ fn around((low, high): Bounds, (other_low, other_high): Bounds) -> Bounds {
 fn arrange(points: &mut [Numbered], mut extent: Point) {
     if points.len() <= LANES {
         return;
+    }
+    if points.len() > MANY {
+        worked(points.len());
     }
     let axis = (1..3).fold(0, |longest, axis| if extent[axis] > extent[longest] { axis } else { longest });
     // Both halves begin with a whole group, and so on below.
