@@ -26,6 +26,7 @@ A TOML file has up to five parts, all optional:
 from __future__ import annotations
 
 import importlib
+import re
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -59,6 +60,10 @@ CRITERIA = {
 BRAKE = settings_of(BrakeSettings)
 LARGEST_FILE = 1_000_000
 """Bytes of a file of settings; a larger one is something else."""
+DEEPEST = 50
+"""The most tables and lists that lie in one another, and the most parts of a key of TOML."""
+KEYS = re.compile(r"[=,{}\[\]]")
+"""What is around a key of TOML in its line."""
 PARTS = ("scan", "gate", "range_rate", "criteria", "brake")
 
 
@@ -172,6 +177,9 @@ def read_toml(text: str) -> dict[str, Any]:
         tomllib = importlib.import_module("tomllib" if sys.version_info >= (3, 11) else "tomli")
     except ModuleNotFoundError:
         raise ValueError("needs tomli to be read before Python 3.11: pip install tomli") from None
+    # The memory for a key grows with the square of its parts.
+    if any(part.count(".") > DEEPEST for line in text.splitlines() for part in KEYS.split(line.partition("#")[0])):
+        raise RecursionError
     try:
         table: dict[str, Any] = tomllib.loads(text)
     except ValueError as error:

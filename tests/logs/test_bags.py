@@ -415,7 +415,7 @@ def test_a_bag_that_nobody_closed_is_read_all_the_same(tmp_path: Path) -> None:
 
 def test_a_bag_without_the_package_says_how_to_get_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path, "mcap", drive(1))
-    monkeypatch.setitem(sys.modules, "mcap.stream_reader", None)
+    monkeypatch.setitem(sys.modules, "mcap.records", None)
     with pytest.raises(LogError, match=r"needs mcap to be read, which is not installed: pip install '\.\[log\]'"):
         open_log(path)
 

@@ -3,16 +3,16 @@
 import bz2
 import gzip
 import io
-import signal
+import os
+import re
 import sqlite3
 import struct
 import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import lz4.frame  # type: ignore[import-untyped]
@@ -22,6 +22,7 @@ import zstandard
 from mcap.writer import CompressionType, Writer
 
 from tests.support.bags import Scan, drive, serialised, write
+from tests.support.common import can_interrupt, interrupted_after, peak_of
 from tests.support.log_files import PCD
 from tests.support.opened import read
 from ttc_fast.cli import main
@@ -147,6 +148,74 @@ def test_a_limit_is_raised_and_lowered(kind: str, tmp_path: Path) -> None:
     assert len(read(path, max_unpacked=2.0)[0]) == 4
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="measures memory in KiB, as Linux has it")
+def test_a_cloud_of_many_lines_takes_little_more_memory_than_its_text(tmp_path: Path) -> None:
+    lines = 20_000_000
+    header = PCD.replace(b"40", str(lines).encode()) + b"ascii\n"
+    (tmp_path / "a.pcd.gz").write_bytes(gzip.compress(header + b"11\n" * lines, 1))
+    done = subprocess.run(
+        [sys.executable, "-c", READ_ALL, str(tmp_path / "a.pcd.gz")], capture_output=True, text=True, check=False
+    )
+    grown, said = done.stdout.split(" ", 1)
+    assert int(grown) < 200, done  # MB
+    assert "numbers a line, and has 1 in point 0" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "begin", "said"),
+    [
+        ("a.bag", bag(b"none", b"")[:-4] + b"\xff" * 4, "a record of 4294967295 bytes, more than 64 MB"),
+        ("a.mcap", mcap(b"", b"", 0)[:25] + b"\x06" + struct.pack("<Q", 5 << 30), "a record of 5368709120 bytes"),
+        (
+            "b.mcap",
+            mcap(b"", b"", 0)[:25] + b"\x09" + struct.pack("<Q", 5 << 30),
+            "a record that does not say its kind",
+        ),
+        ("a.bin", b"", "is too large for one cloud: it has more than 2 GB"),
+        ("a.pcd", PCD, "is too large for one cloud"),
+        ("timestamps.txt", b"", "has more than 64 MB, which is no list of stamps"),
+    ],
+)
+def test_what_a_file_says_is_long_is_not_read_at_once(name: str, begin: bytes, said: str, tmp_path: Path) -> None:
+    """The files have holes, and take no place on the disk."""
+    with (tmp_path / name).open("wb") as file:
+        file.write(begin)
+        file.truncate(6 << 30)
+    if name == "timestamps.txt":
+        (tmp_path / "1.bin").write_bytes(bytes(32))
+    path = tmp_path if name == "timestamps.txt" else tmp_path / name
+
+    def refuse() -> None:
+        with pytest.raises(LogError, match=re.escape(said)):
+            list(open_log(path))
+
+    assert peak_of(refuse) < 300e6
+
+
+def test_a_list_that_is_no_file_is_not_read(tmp_path: Path) -> None:
+    path = write(tmp_path, "db3", drive(3))
+    (path.parent / "metadata.yaml").unlink()
+    os.mkfifo(path.parent / "metadata.yaml")
+    assert len(read(path.parent)[0]) == 3
+
+
+@pytest.mark.parametrize("stamp", ["1e9999999", "1e999990", "1e30", "-1e30", "nan", "sNaN", "inf", "9" * 5000])
+def test_a_stamp_that_no_clock_gives_is_refused(stamp: str, tmp_path: Path) -> None:
+    for i in range(2):
+        (tmp_path / f"{i}.bin").write_bytes(bytes(32))
+    (tmp_path / "timestamps.txt").write_text(f"0\n{stamp}")
+    with pytest.raises(LogError, match="is no time"):
+        open_log(tmp_path)
+
+
+def test_a_message_about_a_log_is_short_and_does_nothing_to_a_terminal(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("\x1b[31m" + ",".join(["y" * 5000] * 100))
+    with pytest.raises(LogError, match=r"its first line has \\x1b\[31my") as caught:
+        open_log(tmp_path / "a.csv")
+    assert len(str(caught.value)) < 2100
+
+
 def test_chunks_of_zeros_are_damage(tmp_path: Path) -> None:
     for name, content in (
         ("a.bag", bag(b"bz2", zeros(bz2.compress, 60_000_000), 60_000_000)),
@@ -178,6 +247,10 @@ def test_a_chunk_of_mcap_has_the_checksum_that_it_says(tmp_path: Path) -> None:
                 " data BLOB AS (zeroblob(900000000)))",
                 "INSERT INTO messages (id, topic_id, timestamp) VALUES (1, 1, 0)",
             ],
+            "messages",
+        ),
+        (
+            [f"CREATE VIEW MESSAGES AS {ENDLESS}{MESSAGES}"],
             "messages",
         ),
         (
@@ -216,21 +289,7 @@ def test_rows_that_come_again_are_damage(tmp_path: Path, monkeypatch: pytest.Mon
         open_log(path)
 
 
-@contextmanager
-def interrupted_after(seconds: float) -> Iterator[None]:
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGALRM, interrupt)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
-
-
-@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer that interrupts")
+@can_interrupt
 def test_a_query_is_interrupted(endless: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     monkeypatch.setattr(Budget, "__init__", lambda self, _: setattr(self, "_left", 10**12))
     with interrupted_after(0.3), pytest.raises(KeyboardInterrupt):

@@ -21,6 +21,8 @@ PACKED = (".zstd", ".zst", ".gz", ".bz2", ".xz", ".lz4", ".zip", ".7z")
 DAMAGED_GZIP = (EOFError, zlib.error, gzip.BadGzipFile)
 """What a damaged file that ends in .gz raises."""
 UNPACKED, MOST_RATIO = 64_000_000, 20  # bytes, and unpacked over packed
+LARGEST = 2_000_000_000
+"""The most bytes of a file that is read at once, such as one of a cloud."""
 ARCHIVE = 4
 """A file that holds a whole log may unpack to this many times the limit of a chunk, message or cloud."""
 
@@ -99,6 +101,15 @@ def too_much(packed: int, most: int) -> str:
     return f"{packed} bytes unpack to more than {most / 1e6:g} MB; if they are sound, raise {option('max_unpacked')}"
 
 
+def check_record(size: int, limit: int) -> None:
+    """Raise ValueError if a record has more bytes than one chunk or message does, unpacked or not."""
+    most = max(limit, UNPACKED)
+    if size > most:
+        raise ValueError(
+            f"a record of {size} bytes, more than {most / 1e6:g} MB; if it is sound, raise {option('max_unpacked')}"
+        )
+
+
 def unpack_zstd(packed: bytes, most: int, path: Path) -> bytes:
     """Unpack to at most ``most`` bytes; raise ValueError if it is damaged or comes to more."""
     zstandard = need("zstandard", path)
@@ -130,6 +141,8 @@ def unpack_lz4(packed: bytes, most: int, path: Path) -> bytes:
 
 def read_content(path: Path, limit: int = UNPACKED) -> bytes:
     """Read a file, and unpack it if its name ends in .gz."""
+    if path.stat().st_size > LARGEST:
+        raise LogError(path, f"is too large for one cloud: it has more than {LARGEST / 1e9:g} GB; cut it up")
     try:
         content = path.read_bytes()
         if path.suffix.lower() != ".gz":
@@ -141,6 +154,8 @@ def read_content(path: Path, limit: int = UNPACKED) -> bytes:
         raise LogError(path, f"is not gzip, or is damaged; {REPAIR}") from error
     except OSError as error:
         raise LogError(path, f"cannot be read: {error.strerror or error}") from error
+    except MemoryError as error:
+        raise LogError(path, "cannot be read: there is too little memory for it") from error
     if len(content) > most:
         raise LogError(path, f"is too large: {too_much(packed, most)}")
     return content

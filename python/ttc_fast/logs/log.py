@@ -34,6 +34,8 @@ Axes = tuple[str, str, str]
 REP_103: Axes = ("x", "y", "z")
 REPAIR = "copy it again, or leave it out"
 """What to do about a damaged file."""
+MOST_SAID = 2000
+"""The most characters of a message about a log."""
 
 
 # Errors
@@ -59,8 +61,11 @@ class LogError(Exception):
         super().__init__(origin(path), problem)  # both, so that it pickles: it goes from one process to another
 
     def __str__(self) -> str:
-        """Return which file, and what is wrong."""
-        return "{}: {}".format(*self.args)
+        """Return which file, and what is wrong, as a terminal can show it: a log may hold names of any length."""
+        said = "{}: {}".format(*self.args)
+        if len(said) > MOST_SAID:
+            said = f"{said[: MOST_SAID // 2]} ... {said[-MOST_SAID // 2 :]}"
+        return "".join(each if each.isprintable() else repr(each)[1:-1] for each in said)
 
 
 class UselessOptionError(LogError):

@@ -14,7 +14,7 @@ import zlib
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast.logs.container import Topic, opened, plain_type
-from ttc_fast.logs.files import UNPACKED, most_unpacked, too_much, unpack_lz4, unpack_zstd
+from ttc_fast.logs.files import UNPACKED, check_record, most_unpacked, too_much, unpack_lz4, unpack_zstd
 from ttc_fast.logs.log import ReadErrors, need
 from ttc_fast.ros_messages import CDR, ROS1
 
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
     from ttc_fast.logs.container import Message
 
-SCHEMA, CHANNEL, MESSAGE = 3, 4, 5
-RECORD, HEAD = struct.Struct("<BQ"), struct.Struct("<HIQQ")
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 2, 3, 4, 5, 6, 11
+# The beginnings of a record and of a message, and the footer.
+RECORD, HEAD, END = struct.Struct("<BQ"), struct.Struct("<HIQQ"), struct.Struct("<BQQQI")
 MAGIC = b"\x89MCAP0\r\n"
 ENCODINGS = {"cdr": CDR, "ros1": ROS1}
 # What the mcap package and its decompressors raise over a damaged record.
@@ -51,9 +52,14 @@ class McapFile:
     def __init__(self, path: Path, limit: int = UNPACKED) -> None:
         self.path = path
         self._limit = limit
-        self._package = need("mcap.stream_reader", path)
-        self._reader = need("mcap.reader", path)
-        self._records = need("mcap.records", path)
+        self._records = kinds = need("mcap.records", path)
+        self._kinds = {
+            SCHEMA: kinds.Schema,
+            CHANNEL: kinds.Channel,
+            MESSAGE: kinds.Message,
+            CHUNK: kinds.Chunk,
+            STATISTICS: kinds.Statistics,
+        }
         self._stream = need("mcap.data_stream", path).ReadDataStream
         self._damaged = (*DAMAGED, need("mcap.exceptions", path).McapError, need("zstandard", path).ZstdError)
         self._channels: dict[int, Topic] = {}
@@ -92,26 +98,52 @@ class McapFile:
 
     def _all(self, file: Any, errors: ReadErrors) -> Iterator[Any]:
         """Read all records, also those in chunks. A damaged chunk is left out."""
-        # A record that is longer than the file is damaged, and no memory must be set aside for it.
-        reader = self._package.StreamReader(file, emit_chunks=True, record_size_limit=self._size)
-        records = iter(reader.records)
+        at = len(MAGIC)
         while True:
-            at = file.tell()
             try:
-                record = next(records, None)
+                record, following = self._read(file, at)
             except self._damaged as damage:
                 errors.add(f"damaged or cut short at byte {at} of {self._size}: {_said(damage)}; what follows is lost")
                 return
-            if record is None:
+            if following is None:
                 return
-            if not isinstance(record, self._records.Chunk):
-                yield record
-                continue
             try:
-                unpacked = self._unpacked(record)
-                yield from self._records_of(unpacked)
+                if isinstance(record, self._records.Chunk):
+                    yield from self._records_of(self._unpacked(record))
+                elif record is not None:
+                    yield record
             except self._damaged as damage:
                 errors.add(f"chunk at byte {at} of {self._size} is damaged and left out: {_said(damage)}")
+            at = following
+
+    def _read(self, file: Any, at: int) -> tuple[Any, int | None]:
+        """Read the record at a place, None if it is of no use here, and return where the next is; None at the end."""
+        file.seek(at)
+        opcode, length = RECORD.unpack(file.read(RECORD.size))
+        begin = at + RECORD.size
+        if opcode == FOOTER:
+            return None, None
+        if not opcode:
+            raise ValueError("a record that does not say its kind")
+        if begin + length > self._size:
+            raise EOFError(f"a record of {length} bytes, {self._size - begin} are left")
+        if opcode not in self._kinds:
+            return None, begin + length
+        check_record(length, self._limit)
+        return self._parsed(opcode, file.read(length), 0, length), begin + length
+
+    def _parsed(self, opcode: int, buffer: bytes, begin: int, end: int) -> Any:
+        """Return the record with this content."""
+        if opcode != MESSAGE:
+            return self._kinds[opcode].read(self._stream(io.BytesIO(buffer[begin:end])))
+        channel, sequence, logged, published = HEAD.unpack_from(buffer, begin)
+        return self._records.Message(
+            channel_id=channel,
+            log_time=logged,
+            data=buffer[begin + HEAD.size : end],
+            publish_time=published,
+            sequence=sequence,
+        )
 
     def _unpacked(self, chunk: Any) -> bytes:
         """Unpack a chunk, and compare its checksum."""
@@ -129,40 +161,37 @@ class McapFile:
 
     def _records_of(self, chunk: bytes) -> Iterator[Any]:
         """Read the records of a chunk, one by one."""
-        at, kinds = 0, self._records
+        at = 0
         while at < len(chunk):
             opcode, length = RECORD.unpack_from(chunk, at)
             begin, at = at + RECORD.size, at + RECORD.size + length
             if at > len(chunk):
                 raise EOFError(f"a record of {length} bytes, {len(chunk) - begin} are left")
-            if opcode == MESSAGE:
-                channel, sequence, logged, published = HEAD.unpack_from(chunk, begin)
-                yield kinds.Message(
-                    channel_id=channel,
-                    log_time=logged,
-                    data=chunk[begin + HEAD.size : at],
-                    publish_time=published,
-                    sequence=sequence,
-                )
-            elif opcode in (SCHEMA, CHANNEL):
-                kind = kinds.Schema if opcode == SCHEMA else kinds.Channel
-                yield kind.read(self._stream(io.BytesIO(chunk[begin:at])))
+            if opcode in (SCHEMA, CHANNEL, MESSAGE):
+                yield self._parsed(opcode, chunk, begin, at)
             elif not opcode:
                 raise ValueError("a record that does not say its kind")
 
     def _read_summary(self, file: Any) -> None:
         """Note the channels that are listed at the end, if they are."""
+        schemas: dict[int, str] = {}
+        channels, counts, kinds = [], None, self._records
         try:
-            file.seek(0)
-            summary = self._reader.SeekingReader(file, record_size_limit=self._size).get_summary()
+            file.seek(-(END.size + len(MAGIC)), io.SEEK_END)
+            opcode, _, at, *_ = END.unpack(file.read(END.size))
+            following = at if opcode == FOOTER and at else None
+            while following is not None:
+                record, following = self._read(file, following)
+                if isinstance(record, kinds.Schema):
+                    schemas[record.id] = record.name
+                elif isinstance(record, kinds.Channel):
+                    channels.append(record)
+                elif isinstance(record, kinds.Statistics):
+                    counts = record.channel_message_counts
         except self._damaged:
             return
-        if summary is None:
-            return
-        counts = summary.statistics.channel_message_counts if summary.statistics else None
-        schemas = {number: schema.name for number, schema in summary.schemas.items()}
-        for number, channel in summary.channels.items():
-            self._add(channel, schemas, None if counts is None else counts.get(number, 0))
+        for channel in channels:
+            self._add(channel, schemas, None if counts is None else counts.get(channel.id, 0))
 
     def _add(self, channel: Any, schemas: dict[int, str], count: int | None) -> None:
         encoding = ENCODINGS.get(channel.message_encoding)

@@ -104,7 +104,10 @@ class CloudArchive:
         self._ends = np.cumsum(_counts(arrays, len(self._points)))
         self.frame_count = len(self._ends)
         self._stamps = arrays.stamps(self.frame_count, "cloud of counts")
-        lidar = Lidar(arrays.numbers("sensor_height", 1)[0])
+        height = arrays.numbers("sensor_height", 1)[0]
+        if height < 0.0:
+            raise arrays.error("sensor_height", f"must be at least 0, got {height}")
+        lidar = Lidar(height)
         if "front_offset" in arrays:
             front_offset = arrays.numbers("front_offset", 1)[0]
             lidar = replace(lidar, front_offset=front_offset, vehicle_reach=front_offset)

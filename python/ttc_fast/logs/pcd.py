@@ -15,8 +15,9 @@ https://pointclouds.org/documentation/tutorials/pcd_file_format.html
 
 from __future__ import annotations
 
-import io
 import re
+from collections import Counter
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from ttc_fast.logs.files import UNPACKED, kind_of, most_unpacked, read_content, 
 from ttc_fast.logs.log import REPAIR, Lidar, LogError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     Header = dict[str, list[str]]
 
 LONGEST_HEADER = LARGEST_POINT = 1 << 16  # bytes
+LONGEST_LINE = BLOCK = 1 << 20  # bytes
 KINDS = {f"{kind}{size}": f"<{kind.lower()}{size}" for kind in "IU" for size in (1, 2, 4, 8)} | {
     "F4": "<f4",
     "F8": "<f8",
@@ -116,9 +118,8 @@ def _fields(header: Header) -> list[Field]:
     if step > LARGEST_POINT:
         raise ValueError(f"SIZE and COUNT come to {step} bytes a point")
     lower = [name.lower() for name in names]
-    plain = [
-        low if low in KNOWN_NAMES and lower.count(low) == 1 else name for name, low in zip(names, lower, strict=True)
-    ]
+    times = Counter(lower)
+    plain = [low if low in KNOWN_NAMES and times[low] == 1 else name for name, low in zip(names, lower, strict=True)]
     return [
         Field(name, KINDS.get(f"{kind.upper()}{size}"), size, count)
         for name, kind, size, count in zip(plain, kinds, sizes, counts, strict=True)
@@ -211,15 +212,13 @@ def _compressed(frame: Path, content: bytes, start: int, fields: list[Field], co
 
 def _ascii(frame: Path, content: bytes, start: int, fields: list[Field], count: int, _: int) -> NDArray[Any]:
     """Read the points as lines of numbers, with any blanks between them."""
-    text = content[start:]
-    if b"#" in text or b"(" in text:
-        text = WRONG_NAN.sub(b"nan", text)
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = partial(_lines, frame, content, start)
     layouts = list(_layouts(fields, compressed=False))
-    width = len(lines[0].split()) if lines else 0
+    width = len(next(lines(), b"").split())
     layout = next((each for each in layouts if each.numbers == width), layouts[0])
-    if len(lines) != count:
-        raise _differs(frame, count, len(lines))
+    found = sum(1 for _ in lines())
+    if found != count:
+        raise _differs(frame, count, found)
     points = np.zeros(count, layout.dtype)
     if not count:
         return points
@@ -227,8 +226,9 @@ def _ascii(frame: Path, content: bytes, start: int, fields: list[Field], count: 
     kinds = [(f"{i}_{j}", field.kind or "<f8") for i, field in enumerate(stored) for j in range(field.repeat)]
     numbers: Any = _table(lines, np.dtype(kinds))
     if numbers is None:
-        at = next((i for i, line in enumerate(lines) if len(line.split()) != layout.numbers), None)
-        what = "something that is no number" if at is None else f"{len(lines[at].split())} in point {at}"
+        widths = ((at, len(line.split())) for at, line in enumerate(lines()))
+        odd = next(((at, width) for at, width in widths if width != layout.numbers), None)
+        what = "something that is no number" if odd is None else f"{odd[1]} in point {odd[0]}"
         raise LogError(frame, f"is damaged: it must have {layout.numbers} numbers a line, and has {what}; {REPAIR}")
     for i, field in reversed(list(enumerate(stored))):  # of fields with one name the first is read
         if field.name in (layout.dtype.names or ()):
@@ -238,11 +238,25 @@ def _ascii(frame: Path, content: bytes, start: int, fields: list[Field], count: 
     return points
 
 
-def _table(lines: list[bytes], kinds: np.dtype[Any]) -> NDArray[Any] | None:
+def _lines(frame: Path, content: bytes, start: int) -> Iterator[bytes]:
+    """Yield the lines that are not blank. They come from one block after another, as all at once fill the memory."""
+    at, ends = start, b"\n" if b"\n" in content[start : start + BLOCK] else b"\r"
+    while at < len(content):
+        end = content.find(ends, at + BLOCK, at + BLOCK + LONGEST_LINE) + 1 or len(content)
+        if end - at > BLOCK + LONGEST_LINE:
+            raise LogError(frame, f"is damaged: it has a line of more than {LONGEST_LINE} bytes; {REPAIR}")
+        text = content[at:end]
+        if b"#" in text or b"(" in text:
+            text = WRONG_NAN.sub(b"nan", text)
+        yield from (line for line in text.splitlines() if line.strip())
+        at = end
+
+
+def _table(lines: Callable[[], Iterator[bytes]], kinds: np.dtype[Any]) -> NDArray[Any] | None:
     """Read lines of numbers as these kinds, or as floats where an integer is written as one; None if that fails."""
     for dtype in (kinds, np.dtype([(name, "<f8") for name in kinds.names or ()])):
         try:
-            return np.loadtxt(io.BytesIO(b"\n".join(lines)), dtype, comments=None, ndmin=1)
+            return np.loadtxt(lines(), dtype, comments=None, ndmin=1)
         except (ValueError, OverflowError):
             pass
     return None

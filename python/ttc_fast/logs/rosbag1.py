@@ -14,7 +14,7 @@ import struct
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 from ttc_fast.logs.container import Topic, opened, plain_type
-from ttc_fast.logs.files import UNPACKED, most_unpacked, too_much
+from ttc_fast.logs.files import UNPACKED, check_record, most_unpacked, too_much
 from ttc_fast.logs.log import ReadErrors, need
 from ttc_fast.ros_messages import ROS1
 
@@ -104,8 +104,7 @@ class Bag:
                     if record.op == CHUNK:
                         yield from self._messages_of(*self._unpacked(file, record), names, errors, at)
                     elif record.op in (MESSAGE, CONNECTION):
-                        file.seek(at)
-                        plain = file.read(record.end - at)
+                        plain = self._read(file, at, record.end)
                         yield from self._messages_of(plain, len(plain), names, errors, at)
                     at = record.end
                 except (DamageError, OSError) as damage:
@@ -147,8 +146,7 @@ class Bag:
         """Decompress a chunk as far as it goes, and return it with the size that it should have."""
         size = record.number(b"size")
         kind = record.fields.get(b"compression", b"").decode("ascii", "replace")
-        file.seek(record.start)
-        packed = file.read(record.end - record.start)
+        packed = self._read(file, record.start, record.end)
         if kind == "none":
             return packed, max(size, len(packed))
         most = most_unpacked(len(packed), self._limit)
@@ -165,6 +163,15 @@ class Bag:
         except (OSError, RuntimeError, ValueError, EOFError, MemoryError) as error:
             raise DamageError(f"its {kind} compression is damaged") from error
 
+    def _read(self, file: BinaryIO, start: int, end: int) -> bytes:
+        """Read some bytes, unless they are more than a record has."""
+        try:
+            check_record(end - start, self._limit)
+        except ValueError as error:
+            raise DamageError(*error.args) from None
+        file.seek(start)
+        return file.read(end - start)
+
     def _read_index(self, file: BinaryIO) -> None:
         """Read the connections and chunks that are listed at the end; nothing if the list is not sound."""
         try:
@@ -173,11 +180,13 @@ class Bag:
                 return
             while at < self._size:
                 record = _read_record(file, at, self._size)
-                file.seek(record.start)
-                content = file.read(record.end - record.start)
+                if record.op not in (CONNECTION, CHUNK_INFO):
+                    at = record.end
+                    continue
+                content = self._read(file, record.start, record.end)
                 if record.op == CONNECTION:
                     self._connect(record._replace(start=0, end=len(content)), content)
-                elif record.op == CHUNK_INFO:
+                else:
                     self._chunks.append(record.number(b"chunk_pos", U64))
                     for number, count in struct.iter_unpack("<II", content[: len(content) // 8 * 8]):
                         self._counts[number] = self._counts.get(number, 0) + count

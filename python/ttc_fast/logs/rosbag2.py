@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ttc_fast.logs.log import ReadErrors
 
 SUFFIXES = (".db3", ".mcap")
+LARGEST_METADATA = 1 << 22  # bytes
 WAL_MAGIC = (b"\x37\x7f\x06\x82", b"\x37\x7f\x06\x83")
 ZSTD = b"\x28\xb5\x2f\xfd"
 """The first bytes of a message that the recorder compressed by itself; CDR never begins so."""
@@ -140,7 +141,8 @@ class Database:
     def _check_tables(self, database: sqlite3.Connection) -> None:
         """Refuse what only looks like a table: a view or a computed column may have rows without end."""
         for name in ("topics", "messages"):
-            found = database.execute("SELECT type, rootpage FROM sqlite_master WHERE name = ?", (name,)).fetchone()
+            named = "SELECT type, rootpage FROM sqlite_master WHERE name = ? COLLATE NOCASE"
+            found = database.execute(named, (name,)).fetchone()
             hidden = database.execute("SELECT max(hidden) FROM pragma_table_xinfo(?)", (name,)).fetchone()[0]
             if found and (found[0] != "table" or not found[1] or (hidden or 0) > 1):
                 raise LogError(self.path, f"is no rosbag2 database: its {name} is no table, but computed")
@@ -237,10 +239,11 @@ def _is_packed_part(name: str) -> bool:
 
 def _listed(folder: Path) -> list[str]:
     """Return the files that metadata.yaml lists, if it is there and can be read."""
-    try:
-        text = (folder / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
-    except OSError:
+    path = folder / "metadata.yaml"
+    if not path.is_file():
         return []
+    with path.open("rb") as file:
+        text = file.read(LARGEST_METADATA).decode("utf-8", "replace")
     listed = re.search(r"^ *relative_file_paths: *\n((?: *- .*\n?)*)", text, re.MULTILINE)
     lines = listed[1].splitlines() if listed else []
     return [line.partition("- ")[2].strip().strip("'\"").rpartition("/")[2] for line in lines]

@@ -12,12 +12,14 @@ from __future__ import annotations
 
 import itertools
 import re
+from contextlib import suppress
 from datetime import datetime, timezone
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ttc_fast._validate import shown
 from ttc_fast.logs.files import open_text
 from ttc_fast.logs.log import LogError
 
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 
 LISTS = ("timestamps.txt", "times.txt")
 """Names of lists of stamps, one line a frame, as KITTI has them; in the folder or the one above."""
+LARGEST_LIST = 64_000_000  # characters
 UNITS = {10: 10**9, 13: 10**6, 16: 10**3, 19: 1}  # ns, by the number of digits of a time since 1970
 FIRST, LAST = 946_684_800 * 10**9, 4_102_444_800 * 10**9  # ns, 2000 and 2100
 BETWEEN = "_-. "
@@ -114,7 +117,10 @@ def read_stamps(path: Path, frames: list[Path]) -> NDArray[np.float64]:
     """
     try:
         with open_text(path) as file:
-            lines = file.read().rstrip().split("\n")
+            text = file.read(LARGEST_LIST + 1)
+        if len(text) > LARGEST_LIST:
+            raise LogError(path, f"has more than {LARGEST_LIST / 1e6:g} MB, which is no list of stamps; take it away")
+        lines = text.rstrip().split("\n")
         if len(lines) != len(frames):
             lines = _lines_by_number(path, lines, frames)
         stamps = [_line(line.strip()) for line in lines]
@@ -144,10 +150,11 @@ def _line(line: str) -> int | None:
     stamp = stamp_in(line)
     if stamp is not None:
         return stamp
-    try:
-        return int(Decimal(line) * 10**9)
-    except (InvalidOperation, ValueError, OverflowError):
-        raise ValueError(f"{line!r} is no time") from None
+    with suppress(InvalidOperation):
+        seconds = Decimal(line)
+        if seconds.is_finite() and seconds.copy_abs() < LAST // 10**9:
+            return int(seconds * 10**9)
+    raise ValueError(f"{shown(line)} is no time")
 
 
 # Stamps in names

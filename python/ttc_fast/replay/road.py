@@ -72,17 +72,20 @@ def find_road(log: CloudLog, settings: Settings) -> FoundRoad:
     placement = None if settings.says_axes else getattr(log, "placement", None)
     axes = log.lidar.axes if placement is None else REP_103
     fits: list[RoadFit] = []
+    unread: Exception | None = None
     try:
         again: Any = open_log(log.path, **settings.of_log)
         for frame in islice(again, FRAMES):
             points = frame.points if placement is None else placement.turned(frame.points)
             tried = (fit_road(points, sensor_height=each, height_tolerance=TOLERANCE, axes=axes) for each in HEIGHTS)
             fits.append(max(tried, key=lambda fit: (fit.road is not None, fit.patches)))
-    except (LogError, ValueError):
-        pass  # the replay itself will come to it
+    except (LogError, ValueError) as error:
+        unread = error  # the replay itself will come to it
     roads = [fit.road for fit in fits if fit.road is not None]
     heights = [-road.offset for road in roads]
     if len(roads) < max(1, 0.6 * len(fits)):
+        if unread and not fits:
+            raise unread
         why = next((fit.reason for fit in fits if fit.road is None), "there is no cloud")
         raise _ask(f"no road was found in {len(fits) - len(roads)} of the first {len(fits)} clouds ({why})")
     if max(heights) - min(heights) > AGREE:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._validate import shown
-from ttc_fast.configuration import PARTS, Configuration, ConfigurationError, read_file, read_toml
+from ttc_fast.configuration import DEEPEST, PARTS, Configuration, ConfigurationError, read_file, read_toml
 from ttc_fast.ros.settings import NodeSettings, SettingError
 
 if TYPE_CHECKING:
@@ -86,7 +86,12 @@ def _read_yaml(text: str) -> dict[str, Any]:
     except ModuleNotFoundError:
         raise ValueError("needs PyYAML to be read: pip install pyyaml, or write it as TOML") from None
     try:
-        aliases = sum(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, yaml.SafeLoader))
+        aliases = depth = 0
+        for event in yaml.parse(text, yaml.SafeLoader):
+            aliases += isinstance(event, yaml.AliasEvent)
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if depth > DEEPEST:  # the time grows with the square of the depth
+                raise RecursionError
         if aliases > MOST_ALIASES:
             raise ValueError(f"it has {aliases} aliases, more than {MOST_ALIASES}: write out what they stand for")
         table = yaml.safe_load(text) or {}
