@@ -247,7 +247,7 @@ impl Level {
     #[inline(always)]
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
-            Set::Baseline => kernel.run(Baseline),
+            Set::Baseline => run_baseline(kernel),
             // SAFETY: a `Level` holding `Avx2` is only made by `best` and `at_most`, after `has_avx2` said yes.
             #[cfg(target_arch = "x86_64")]
             Set::Avx2 => unsafe { run_avx2(kernel) },
@@ -281,7 +281,12 @@ fn has_avx2() -> bool {
 }
 
 // Never inlined, so that a kernel that runs another is compiled as if it were alone, with all registers for its own
-// loop.
+// loop; and so that it is in the library once, however many functions run it.
+#[inline(never)]
+fn run_baseline<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Baseline)
+}
+
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
