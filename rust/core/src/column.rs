@@ -104,7 +104,8 @@ impl<'a, T: Copy> Column<'a, T> {
         Column { start, len: to - from, ..self }
     }
 
-    /// Returns the same numbers as one piece of memory, if they are one.
+    /// Returns the same numbers as one piece of memory, if they are one. Of numbers that lie apart, which no level reads
+    /// several at a time, most kernels have a copy for the baseline alone.
     #[inline(always)]
     #[must_use]
     pub fn dense(self) -> Option<Dense<'a, T>> {

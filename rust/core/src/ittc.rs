@@ -74,7 +74,7 @@ fn each_beam<'o, T: Real, V: Source<T>>(
 ) {
     match ranges.dense() {
         Some(ranges) => level.run(EachBeam { ranges, speeds, sign, min_closing_speed, out, status_out }),
-        None => level.run(EachBeam { ranges, speeds, sign, min_closing_speed, out, status_out }),
+        None => Level::BASELINE.run(EachBeam { ranges, speeds, sign, min_closing_speed, out, status_out }),
     }
 }
 

@@ -35,6 +35,8 @@ enum Set {
 pub trait Kernel {
     /// The result of the work.
     type Output;
+    /// Whether AVX-512 makes it so much quicker than AVX2 that it is worth a copy of its own in the library.
+    const AVX512: bool = true;
     /// Does the work, with `simd` as the proof of what the processor has.
     fn run<I: Instructions>(self, simd: I) -> Self::Output;
 }
@@ -253,7 +255,10 @@ impl Level {
             Set::Avx2 => unsafe { run_avx2(kernel) },
             // SAFETY: a `Level` holding `Avx512` is only made after `best` detected each enabled feature.
             #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => unsafe { run_avx512(kernel) },
+            Set::Avx512 if K::AVX512 => unsafe { run_avx512(kernel) },
+            // SAFETY: `best` says AVX-512 only where `has_avx2` says yes as well.
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => unsafe { run_avx2(kernel) },
         }
     }
 }

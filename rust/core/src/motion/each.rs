@@ -73,6 +73,7 @@ struct Each<'a, 'b, 'o, T, U, F, const N: usize> {
 
 impl<T: Real, U: Copy, F: Fn([f64; N]) -> U + Copy, const N: usize> Kernel for Each<'_, '_, '_, T, U, F, N> {
     type Output = ();
+    const AVX512: bool = false;
 
     #[inline(always)]
     fn run<I: Instructions>(self, _: I) {

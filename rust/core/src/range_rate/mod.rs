@@ -18,6 +18,7 @@ use crate::column::Column;
 use crate::error::{Error, finite};
 use crate::hit::{Counts, Hit};
 use crate::scan::{Range, ScanTtc, View};
+use crate::simd::Level;
 use crate::status::Status;
 use crate::vehicle::Motion;
 use classify::{Beams, Classify, Coverage, Least};
@@ -184,7 +185,7 @@ impl RangeRate {
         let (rules, offset, memory) = (T::kernel_tables(&self.scan).rules, &self.offset, self.history.memory());
         let readings = match ranges.dense() {
             Some(ranges) => self.scan.level.run(Measure { ranges, rules, offset, memory }),
-            None => self.scan.level.run(Measure { ranges, rules, offset, memory }),
+            None => Level::BASELINE.run(Measure { ranges, rules, offset, memory }),
         };
         let unchanged = self.history.newest().is_some_and(|last| looks_like(&last.readings, &readings));
         if unchanged && stamp - self.history.unchanged_since() < PATIENCE * self.settings.window {
@@ -206,7 +207,9 @@ impl RangeRate {
             Some(ranges) => {
                 scan.level.run(Classify { ranges, rules, offset, newest, past, line_fit, least, beams, outputs })
             }
-            None => scan.level.run(Classify { ranges, rules, offset, newest, past, line_fit, least, beams, outputs }),
+            None => {
+                Level::BASELINE.run(Classify { ranges, rules, offset, newest, past, line_fit, least, beams, outputs })
+            }
         }
     }
 

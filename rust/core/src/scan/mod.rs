@@ -296,7 +296,7 @@ impl<T: Real> View<'_, T> {
             self.level.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
         } else {
             let out = out.reborrow();
-            self.level.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
+            Level::BASELINE.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
         }
     }
 
@@ -305,7 +305,7 @@ impl<T: Real> View<'_, T> {
         let KernelTables { tables: Tables { offset_below, .. }, rules } = self.kernel;
         match self.ranges.dense() {
             Some(ranges) => self.level.run(CountReadings { ranges, rules: *rules, offset_below }),
-            None => self.level.run(CountReadings { ranges: self.ranges, rules: *rules, offset_below }),
+            None => Level::BASELINE.run(CountReadings { ranges: self.ranges, rules: *rules, offset_below }),
         }
     }
 

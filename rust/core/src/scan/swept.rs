@@ -10,6 +10,7 @@ use crate::hit::Hit;
 use crate::lanes::{Lanes, window};
 use crate::path::{Following, Frame, PlannedPath, Sweep, SweptPath, each, entering, least};
 use crate::real::Real;
+use crate::simd::Level;
 use crate::status::Status;
 use crate::vehicle::Motion;
 
@@ -145,7 +146,7 @@ impl ScanSweptPath {
         self.scan.check_outputs(out, status_out.as_deref())?;
         match ranges.dense() {
             Some(ranges) => each(view.level, view.beams(ranges), &sweep, out, status_out),
-            None => each(view.level, view.beams(ranges), &sweep, out, status_out),
+            None => each(Level::BASELINE, view.beams(ranges), &sweep, out, status_out),
         }
         Ok(())
     }
