@@ -146,6 +146,6 @@ def make_sample() -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    target = Path(sys.argv[1]) if len(sys.argv) > 1 else SAMPLE
-    np.savez_compressed(target, **make_sample())
-    print(f"{target}: {target.stat().st_size / 1e3:.0f} kB")
+    from small_archive import save
+
+    save(Path(sys.argv[1]) if len(sys.argv) > 1 else SAMPLE, make_sample())

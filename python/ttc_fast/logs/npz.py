@@ -241,6 +241,8 @@ def _array(path: Path, archive: Any, name: str) -> NDArray[Any]:
         array = archive[name]  # bytes where a member is no array
         if isinstance(array, np.ndarray):
             return array
+    except RuntimeError as error:  # of zipfile: LZMA that Python was built without, or a password
+        raise LogError(path, f"array {name!r} cannot be unpacked here: {error}") from error
     except Exception as error:  # as above, from the header of an array to its last byte
         raise LogError(path, f"is not a NumPy archive, or is damaged: array {name!r} {UNREADABLE}") from error
     raise LogError(path, f"is not a NumPy archive, or is damaged: array {name!r} {UNREADABLE}")
