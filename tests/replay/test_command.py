@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -124,6 +125,19 @@ def test_no_log_is_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert main(["replay", a, b, named, "--out", str(tmp_path / "rows.csv")]) == 2
     assert f"{named}: is a log" in capsys.readouterr().err
     assert {Path(each).read_text() for each in (a, b, named)} == {table}
+
+
+def test_a_name_that_nothing_can_be_written_under(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", str(sample("scans")), "--rows", "0", "--summary", str(tmp_path / f"{'n' * 300}.csv")]) == 1
+    assert capsys.readouterr().err.endswith("n.csv: File name too long\n")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names are text")
+def test_a_log_whose_name_is_no_text_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = os.fsdecode(bytes(tmp_path) + b"/drive\xff.npz")
+    shutil.copy(sample("scans"), name)
+    assert main(["replay", name, "--out", str(tmp_path / "rows.csv")]) == 3
+    assert capsys.readouterr().err.endswith("drive\\udcff.npz: has a name that is not UTF-8; rename it\n")
 
 
 def test_a_damaged_log_ends_partial(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

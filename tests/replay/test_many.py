@@ -207,6 +207,28 @@ def test_a_log_that_is_missing_or_damaged_is_in_the_table(tmp_path: Path, capsys
     assert [lines[name]["part"] is None for name in ("nowhere.bag", "damaged.bag")] == [True, False]
 
 
+@pytest.mark.parametrize("damage", [b"", b"\xff" * 1000, None], ids=["empty", "no Parquet", "a folder"])
+@pytest.mark.parametrize("name", ["logs.parquet", "rows/*.parquet"])
+def test_a_damaged_result_of_an_earlier_run_is_made_again_or_named(
+    name: str, damage: bytes | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["replay", str(SCANS), str(CLOUDS), "--jobs", "1", "--rows", "0", "--out", str(tmp_path)]
+    assert main(arguments) == 0
+    whole = contents(tmp_path)
+    for path in tmp_path.glob(name):
+        path.unlink()
+        if damage is None:
+            path.mkdir()
+        else:
+            path.write_bytes(damage)
+    is_in_the_way = damage is None and name == "logs.parquet"
+    assert main(arguments) == is_in_the_way
+    if is_in_the_way:
+        assert "logs.parquet: Is a directory; choose another --out" in capsys.readouterr().err
+    else:
+        assert contents(tmp_path) == whole
+
+
 def test_an_outdated_part_is_gone_when_its_log_cannot_be_read_any_more(tmp_path: Path) -> None:
     log, out = write(tmp_path, "mcap", drive(20, 64)), tmp_path / "out"
     replay_many([log], out=out, executor=Here())

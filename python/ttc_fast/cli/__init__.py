@@ -138,6 +138,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # what reads the output has ended, such as `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it once more at its end
         return FAILED
+    except OSError as error:  # such as a name that is too long for a file
+        where = f"{error.filename}: " if error.filename else ""
+        return _complain(FAILED, f"{where}{error.strerror or error}")
     except KeyboardInterrupt:
         return _complain(INTERRUPTED, "interrupted")
     finally:

@@ -84,7 +84,7 @@ def found(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[Lo
     Raises
     ------
     LogError
-        If nothing matches.
+        If nothing matches, or a name is not UTF-8.
     """
     places: list[Location] = []
     for path in [paths] if isinstance(paths, (str, os.PathLike)) else paths:
@@ -102,6 +102,11 @@ def found(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[Lo
         if not matches:
             raise LogError(place, "nothing matches it")
         places += matches
+    for place in places:
+        try:
+            str(place).encode()
+        except UnicodeEncodeError:  # rows, tables and pictures could not name it
+            raise LogError(place, "has a name that is not UTF-8; rename it") from None
     return places
 
 

@@ -39,6 +39,8 @@ NOTE = "ttc_fast"
 """The name of what a part says of itself."""
 OF_PART: dict[str, type] = {"part": str, "size": int, "modified": float, "settings": str, "version": str}
 """The columns of the table that say what a part was made of."""
+DAMAGED = (OSError, ValueError, KeyError, TypeError, NotImplementedError, MemoryError)
+"""What pyarrow raises over a file that is missing or damaged."""
 UNITS = {"modified": "s", "size": "bytes"}
 
 
@@ -77,7 +79,6 @@ class Dataset:
 
     def done(self, log: str, made: Made) -> Replayed | None:
         """Return the result of an earlier run if its part was made of just this, else None."""
-        import pyarrow
         import pyarrow.parquet
 
         try:
@@ -86,7 +87,7 @@ class Dataset:
             if note["log"] != log or Made(**note["made"]) != made:
                 return None
             return Replayed(log, Summary.of_json(note["summary"]), note["exit_code"], made, skipped=True)
-        except (FileNotFoundError, pyarrow.ArrowInvalid, KeyError, TypeError, ValueError):
+        except DAMAGED:
             return None
 
     def note(self, writer: ParquetWriter, result: Replayed) -> None:
@@ -106,7 +107,7 @@ class Dataset:
         try:
             table = read_by(place, lambda file: pyarrow.parquet.read_table(file))
             lines = {each["log"]: each for each in table.to_pylist() if set(each) == set(columns.names)}
-        except (FileNotFoundError, pyarrow.ArrowInvalid):
+        except DAMAGED:
             pass
         lines |= {each.log: self._line(each) for each in results}
         table = pyarrow.Table.from_pylist([lines[log] for log in sorted(lines)], columns)
