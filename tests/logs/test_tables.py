@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.opened import read
 from ttc_fast.logs import DistanceLog, LogError, open_log
 
 METRES = [20.0 - 0.5 * i for i in range(30)]
@@ -69,3 +70,19 @@ def test_numbers_that_are_hardly_in_metres_and_seconds_are_said(tmp_path: Path) 
     assumed = open_log(table(tmp_path, "stamp,distance", 1e-2, 1e-3)).assumed
     assert "the stamps of column stamp are 100 s apart, read as they are; if they are in ms, name the column" in assumed
     assert "the distances of column distance are such as 1275 m, read as they are; if they are in cm" in assumed
+
+
+@pytest.mark.parametrize("word", ["1e999", "-1e999", "9" * 400])
+def test_a_number_that_is_too_large_is_not_inf(word: str, tmp_path: Path) -> None:
+    (tmp_path / "gaps.csv").write_text(f"stamp,distance\n0,9.0\n1,{word}\n2,inf\n")
+    frames, said = read(tmp_path / "gaps.csv")
+    assert [frame.distance for frame in frames] == [9.0, float("inf")]
+    assert "line 3: it has a word that is no number" in said
+
+
+@pytest.mark.parametrize("word", ["1e39", "1e999", "9" * 40])
+def test_a_reading_that_is_too_large_is_not_inf(word: str, tmp_path: Path) -> None:
+    lines = [f"FLASER 3 1.0 {each} 3.0 0 0 0 0 0 0 {stamp} host {stamp}" for stamp, each in enumerate(["2.0", word])]
+    (tmp_path / "a.log").write_text("\n".join(lines))
+    with pytest.raises(LogError, match="line 2 is damaged: FLASER with a word that is no number"):
+        list(open_log(tmp_path / "a.log"))

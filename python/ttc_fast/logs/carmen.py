@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ttc_fast._settings import option
-from ttc_fast.logs.files import kind_of_file, open_text
+from ttc_fast.logs.files import kind_of_file, open_text, plain_number
 from ttc_fast.logs.log import LogError, ReadErrors, ScanFrame, Scanner
 from ttc_fast.logs.options import SCANNER
 from ttc_fast.sensors.oddities import RefusedError
@@ -166,7 +166,7 @@ class CarmenLog:
                     yield _old_scan(words) if self._laser in UNSAID else _scan(words)
                 elif words[0] == "ODOM":
                     yield _pose(words)
-            except (ValueError, OverflowError):
+            except (ValueError, OverflowError, FloatingPointError):
                 errors.add(f"line {number} is damaged: {words[0]} with a word that is no number")
             except _LineError as error:
                 errors.add(f"line {number} is damaged: {error}")
@@ -206,7 +206,7 @@ def _scan(words: list[str]) -> Scan:
     scanner = Scanner(start, increment, beams, 0.0, min(furthest, SICK_CODES), mount)
     if not all(map(math.isfinite, (start, increment, scanner.range_max, *scanner.mount))):
         raise _LineError(f"{words[0]} with angles or poses that are not finite")
-    return Scan(_stamp(words), np.array(words[9 : 9 + beams], np.float32), pose, scanner)
+    return Scan(_stamp(words), _readings(words[9 : 9 + beams]), pose, scanner)
 
 
 def _old_scan(words: list[str]) -> Scan:
@@ -219,13 +219,22 @@ def _old_scan(words: list[str]) -> Scan:
     mount = (0.0, 0.0, math.pi if words[0] in BEHIND else 0.0)
     scanner = Scanner(-math.pi / 2, increment, beams, 0.0, RANGE_MAX, mount)
     x, y, yaw = map(float, words[2 + beams : 5 + beams])
-    return Scan(_stamp(words), np.array(words[2 : 2 + beams], np.float32), Pose(x, y, yaw), scanner)
+    return Scan(_stamp(words), _readings(words[2 : 2 + beams]), Pose(x, y, yaw), scanner)
 
 
 def _pose(words: list[str]) -> tuple[float, Pose]:
     _need(words, 10)
     x, y, yaw = map(float, words[1:4])
     return float(words[7]), Pose(x, y, yaw)
+
+
+def _readings(words: list[str]) -> NDArray[np.float32]:
+    """Read distances; one that is too large for its type would be read as inf, which is free space."""
+    with np.errstate(over="raise"):
+        readings = np.array(words, np.float32)
+    for at in np.flatnonzero(np.isinf(readings)):
+        plain_number(words[at])
+    return readings
 
 
 def _stamp(words: list[str]) -> float:

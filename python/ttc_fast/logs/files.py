@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import gzip
 import io
+import math
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
@@ -69,6 +70,25 @@ def kind_of_file(path: Path) -> str:
     """Say what a file is by its first bytes, for people; empty if that is not known."""
     with path.open("rb") as file:
         return kind_of(file.read(64))
+
+
+def plain_number(word: str) -> float:
+    """Return the number that a word is; raise ValueError if it is none, or too large to be told from inf.
+
+    Examples
+    --------
+    >>> from ttc_fast.logs.files import plain_number
+    >>> plain_number("-inf")
+    -inf
+    >>> plain_number("1e999")
+    Traceback (most recent call last):
+        ...
+    ValueError: 1e999 is too large
+    """
+    value = float(word)
+    if math.isinf(value) and "inf" not in word.lower():
+        raise ValueError(f"{word} is too large")
+    return value
 
 
 def files_in(folder: Path) -> list[Path]:

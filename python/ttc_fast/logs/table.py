@@ -20,7 +20,7 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from ttc_fast._settings import option
-from ttc_fast.logs.files import kind_of_file, open_text
+from ttc_fast.logs.files import kind_of_file, open_text, plain_number
 from ttc_fast.logs.log import DistanceFrame, LogError, ReadErrors
 from ttc_fast.logs.stamps import stamp_in
 
@@ -152,7 +152,7 @@ class DistanceTable:
 
 
 def _number(word: str) -> float:
-    return float(word) if word else math.nan
+    return plain_number(word) if word else math.nan
 
 
 def _time(word: str, factor: float) -> float:
