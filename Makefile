@@ -166,7 +166,7 @@ INSTALL = PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pip install --quiet --
 
 # The package as an editable install of the quick build, with one of its extras. Cargo skips what it has built before.
 $(VENV)/.has-%: $(VENV)/.created $(SOURCES)
-	$(call say,ttc_fast[$*] in $(VENV): fetches what it needs and builds the Rust kernels; about three minutes the first time)
+	$(call say,ttc_fast[$*] in $(VENV): fetches what it needs and builds the Rust kernels; about a minute and a half the first time)
 	@$(INSTALL) --editable ".[$*]"
 	@rm -f $(VENV)/.release
 	@touch $@

@@ -6,11 +6,11 @@
 //! the matches that a fit without strain settles on. Strain may take background for a part of the body, and then fewer
 //! matches agree in the end; so the larger consensus counts.
 
-use super::matches::Matches;
+use super::matches::{Block, Matches};
 use super::similarity::Similarity;
 use super::spread::Strained;
 use crate::interrupt::worked;
-use crate::lanes::LANES;
+use crate::lanes::{LANES, Lanes, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 
@@ -39,14 +39,15 @@ impl Ransac {
     pub(super) fn inliers<T: Real>(self, matches: &Matches<T>, level: Level) -> Option<Matches<T>> {
         let squared = self.tolerance * self.tolerance;
         let best = self.best_of_pairs(matches, squared, level)?;
-        let first = inliers(matches, |p, c| best.squared_residual(p, c), squared);
-        let unstrained = refined(matches, first.clone(), squared, |those| {
+        let least = if is_rounded(matches) { squared } else { squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE) };
+        let refinement = Refinement { matches, squared, least, level };
+        let first = agreeing(&refinement.residuals(|p, c| best.squared_residual(p, c)), squared);
+        let unstrained = refinement.settled(first.clone(), |those| {
             Similarity::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c))
         });
         let [direct, by_similarity] = [first, unstrained].map(|those| {
-            refined(matches, those, squared, |those| {
-                Strained::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c))
-            })
+            refinement
+                .settled(those, |those| Strained::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c)))
         });
         Some(matches.select(if by_similarity.len() > direct.len() { &by_similarity } else { &direct }))
     }
@@ -72,43 +73,76 @@ impl Ransac {
     }
 }
 
-/// The matches that agree with a map that is fitted to them, from those of a first guess.
-fn refined<T: Real, R: Fn([f64; 2], [f64; 2]) -> f64>(
-    matches: &Matches<T>,
-    mut agreed: Vec<usize>,
+/// The search for matches that agree with a map that is fitted to them.
+struct Refinement<'m, T> {
+    matches: &'m Matches<T>,
+    /// A match whose squared residual is larger does not agree, px^2.
     squared: f64,
-    fit: impl Fn(&Matches<T>) -> Option<R>,
-) -> Vec<usize> {
-    let rounded = is_rounded(matches);
-    for _ in 0..MOST_ROUNDS {
-        let Some(residual) = fit(&matches.select(&agreed)) else { break };
-        let limit = if rounded { squared } else { squared.min(noise(matches, &agreed, &residual) * WIDTH_SQUARED) };
-        let limit = limit.max(squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE));
-        let next = inliers(matches, &residual, limit);
-        if next.len() < 3 || next == agreed {
-            break;
+    /// No match is left out for less than this, px^2.
+    least: f64,
+    level: Level,
+}
+
+impl<T: Real> Refinement<'_, T> {
+    /// The matches that it settles on, from those of a first guess.
+    fn settled<R: Residual>(&self, mut agreed: Vec<usize>, fit: impl Fn(&Matches<T>) -> Option<R>) -> Vec<usize> {
+        for _ in 0..MOST_ROUNDS {
+            let Some(residual) = fit(&self.matches.select(&agreed)) else { break };
+            let residuals = self.residuals(residual);
+            // The variance of a coordinate of those that agreed, px^2.
+            let noise = agreed.iter().map(|i| residuals[*i]).sum::<f64>() / (2 * agreed.len()) as f64;
+            let next = agreeing(&residuals, self.squared.min(noise * WIDTH_SQUARED).max(self.least));
+            if next.len() < 3 || next == agreed {
+                break;
+            }
+            agreed = next;
         }
-        agreed = next;
+        agreed
     }
-    agreed
+
+    /// The squared residual of every match, px^2.
+    fn residuals(&self, residual: impl Residual) -> Vec<f64> {
+        let mut residuals = self.level.run(Residuals { matches: self.matches, residual });
+        residuals.truncate(self.matches.len());
+        residuals
+    }
 }
 
 /// The numbers of the matches whose squared residual is at most `squared`.
-fn inliers<T: Real>(matches: &Matches<T>, residual: impl Fn([f64; 2], [f64; 2]) -> f64, squared: f64) -> Vec<usize> {
-    let agrees = |i: &usize| {
-        let (p, c) = matches.get(*i);
-        residual(p, c) <= squared
-    };
-    (0..matches.len()).filter(agrees).collect()
+fn agreeing(residuals: &[f64], squared: f64) -> Vec<usize> {
+    (0..residuals.len()).filter(|i| residuals[*i] <= squared).collect()
 }
 
-/// The variance of a coordinate of some matches, px^2.
-fn noise<T: Real>(matches: &Matches<T>, those: &[usize], residual: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
-    let of = |i: &usize| {
-        let (p, c) = matches.get(*i);
-        residual(p, c)
-    };
-    those.iter().map(of).sum::<f64>() / (2 * those.len()) as f64
+/// The squared residual of a match under a map, from where it was and where it is.
+trait Residual: Fn([f64; 2], [f64; 2]) -> f64 {}
+
+impl<R: Fn([f64; 2], [f64; 2]) -> f64> Residual for R {}
+
+/// Computes the residuals of all matches, and of the lanes behind the last.
+struct Residuals<'m, T, R> {
+    matches: &'m Matches<T>,
+    residual: R,
+}
+
+impl<T: Real, R: Residual> Kernel for Residuals<'_, T, R> {
+    type Output = Vec<f64>;
+    const AVX512: bool = false;
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, _: I) -> Vec<f64> {
+        let blocks = self.matches.blocks();
+        let mut residuals = vec![0.0; LANES * blocks.len()];
+        for (block, out) in blocks.iter().zip(residuals.as_chunks_mut::<LANES>().0) {
+            *out = each_match(block, &self.residual);
+        }
+        residuals
+    }
+}
+
+/// The squared residuals of a block of matches.
+#[inline(always)]
+fn each_match<T: Real>([x0, y0, x1, y1]: &Block<T>, residual: &impl Residual) -> Lanes<f64> {
+    lanes(|lane| residual([x0[lane].to_f64(), y0[lane].to_f64()], [x1[lane].to_f64(), y1[lane].to_f64()]))
 }
 
 /// Whether positions are rounded to the pixels of a picture or of a smaller copy of it. Then many do not change at all,
@@ -139,11 +173,8 @@ impl<T: Real> Kernel for Votes<'_, T> {
     fn run<I: Instructions>(self, simd: I) -> usize {
         let Votes { matches, similarity, squared, most } = self;
         let (mut votes, mut left) = (0, matches.len());
-        for [x0, y0, x1, y1] in matches.blocks() {
-            let residual = std::array::from_fn(|lane| {
-                let (p, c) = ([x0[lane].to_f64(), y0[lane].to_f64()], [x1[lane].to_f64(), y1[lane].to_f64()]);
-                similarity.squared_residual(p, c)
-            });
+        for block in matches.blocks() {
+            let residual = each_match(block, &|p, c| similarity.squared_residual(p, c));
             votes += f64::within(simd, &residual, &[0.0; LANES], &[squared; LANES]).count_ones() as usize;
             left = left.saturating_sub(LANES);
             if votes + left <= most {

@@ -53,6 +53,7 @@ impl Strained {
     }
 
     /// The squared distance of a match from where the map puts it now.
+    #[inline(always)]
     pub(super) fn squared_residual(&self, p: [f64; 2], c: [f64; 2]) -> f64 {
         let p = minus(p, self.before);
         let mapped = plus(times(self.turn, p), times(self.strain, [p[0], -p[1]]));
@@ -155,6 +156,7 @@ impl Seen {
 }
 
 /// The product of complex numbers.
+#[inline(always)]
 fn times(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
