@@ -7,7 +7,7 @@ pytest-benchmark, ``benches.report`` and ``benches.goals`` time what is listed t
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -49,6 +49,14 @@ class Implementation:
         return self.compiled("def timed(ARGUMENT):\n    return EXPRESSION\n")(self.prepare(data))
 
 
+class Share(NamedTuple):
+    """A part of the time of a call: that of one of its ``of`` inputs."""
+
+    case: Case
+    name: str
+    of: int = 1
+
+
 @dataclass(frozen=True)
 class Goal:
     """A limit on the ratio of two times: that of ``ours`` and that of ``beside``, at the case or at another one."""
@@ -58,6 +66,8 @@ class Goal:
     other: Case | None = None
     """The case of ``beside``, where it is another one. Our time is to be at most ``limit`` times that time then;
     without another case the time of ``beside`` is to be at least ``limit`` times ours."""
+    plus: Share | None = None
+    """What is added to the time of ``beside``."""
     ours: str = OURS
     label: str = ""
     """The description of ``beside`` where that takes more than its name."""
@@ -72,6 +82,10 @@ class Goal:
     @property
     def wanted(self) -> str:
         return f"{'≤' if self.other else '≥'} {self.limit:g}"
+
+    def parts(self, case: Case) -> list[Share]:
+        """Return what the time beside consists of, at a case."""
+        return [Share(self.other or case, self.beside), *([self.plus] if self.plus else [])]
 
     def ratio(self, ours: float, theirs: float) -> float:
         """Return what is held to the limit."""

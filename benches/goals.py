@@ -73,11 +73,14 @@ the times (None where one is missing), whether the goal is met, and why not."""
 def _of_cases(rounds: int) -> Iterator[_Row]:
     """Measure all implementations that the goals of a case name together, in turns."""
     for case in track([case for case in CASES if case.goals], description="goals", transient=True):
-        pairs = [((case, goal.ours), (goal.other or case, goal.beside)) for goal in case.goals]
-        everyone = dict.fromkeys(each for pair in pairs for each in pair if each[1] in each[0].implementations)
-        times = interleaved(list(everyone), rounds)
-        for goal, pair in zip(case.goals, pairs, strict=True):
-            ours, theirs = (times.get(each, 0.0) for each in pair)
+        beside = [goal.parts(case) for goal in case.goals]
+        pairs = [(case, goal.ours) for goal in case.goals]
+        pairs += [(part.case, part.name) for parts in beside for part in parts]
+        times = interleaved([(at, name) for at, name in dict.fromkeys(pairs) if name in at.implementations], rounds)
+        for goal, parts in zip(case.goals, beside, strict=True):
+            ours = times.get((case, goal.ours), 0.0)
+            shares = [times.get((part.case, part.name), 0.0) / part.of for part in parts]
+            theirs = sum(shares) if all(shares) else 0.0
             ratio = goal.ratio(ours, theirs) if ours and theirs else None
             is_met = ratio is not None and goal.is_met(ratio)
             yield str(case), goal.ours, ours, goal.who, theirs, goal.wanted, ratio, is_met, goal.why or case.why

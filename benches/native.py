@@ -1,4 +1,4 @@
-"""``native.cpp``, compiled when it is asked for: a bare read, a bare copy and a C++ loop, called through ctypes."""
+"""``native.cpp``, compiled when it is asked for: bare reads and copies, a C++ loop and prototypes, by ctypes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 COMMAND = ("g++", "-O3", "-march=native", "-shared", "-fPIC")
-READ, COPY, CPP = "bare read", "bare copy", "C++"
+READ, COPY, CPP, PROTOTYPE = "bare read", "bare copy", "C++", "prototype"
+ROUNDS = 16
+"""How often a prototype goes through its inputs in a call, so that hardly any of the time is the call itself."""
 AVAILABLE = shutil.which(COMMAND[0]) is not None
 
 
@@ -35,6 +37,11 @@ def library() -> ctypes.CDLL:
     native.bare_read.restype = ctypes.c_uint8
     native.copy.argtypes = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
     native.copy.restype = None
+    native.least_keys.argtypes = (
+        *(ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int32, ctypes.c_void_p),
+        *(ctypes.c_float, ctypes.c_float, ctypes.c_size_t, ctypes.c_void_p),
+    )
+    native.least_keys.restype = None
     native.kth_smallest.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_void_p)
     native.kth_smallest.restype = ctypes.c_float
     return native
@@ -62,6 +69,22 @@ def bare_copy(nbytes: int) -> Implementation:
 
     names = {"copy": library().copy, "out": address(out), "nbytes": nbytes}
     return Implementation("copy(ranges, out, nbytes)", names, prepare=address, verify=is_copy)
+
+
+def least_keys(scans: int, cosines: NDArray[np.float64], low: float, high: float) -> Implementation:
+    """Find the least range / cosine of each of some scans, and its beam, ``ROUNDS`` times."""
+    with np.errstate(divide="ignore"):
+        inverses = np.where(cosines > 0.0, 1.0 / cosines, np.inf).astype(np.float32)
+    out = np.empty(scans, np.dtype([("key", np.float32), ("beam", np.int32)]))
+
+    def is_least(data: NDArray[Any], _: Any) -> bool:
+        keys = np.where((data >= np.float32(low)) & (data <= np.float32(high)), data * inverses, np.inf)
+        return bool((keys.argmin(1) == out["beam"]).all() and (keys.min(1) == out["key"]).all())
+
+    names = {"least_keys": library().least_keys, "inverses": address(inverses), "out": address(out), "kept": inverses}
+    names |= {"scans": scans, "beams": len(cosines), "low": low, "high": high, "rounds": ROUNDS}
+    call = "least_keys(ranges, scans, beams, inverses, low, high, rounds, out)"
+    return Implementation(call, names, prepare=address, verify=is_least)
 
 
 def address(array: NDArray[Any]) -> int:

@@ -15,7 +15,7 @@ import numpy as np
 
 import ttc_fast
 from benches import by_numba, by_numpy, car, native
-from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation
+from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation, Share
 from benches.inputs import turns
 from ttc_fast import reference
 
@@ -26,15 +26,13 @@ if TYPE_CHECKING:
 RATED_SCANS = 64
 
 SHORT_SCAN = (
-    "Part of it is the call itself (scan.min of 1 beam, below). Of 1080 beams, the kernel alone takes about 180 ns: 80 "
-    "the pass over the readings and the bounds of 17 blocks, 30 the limit that the most promising of them gives, 50 "
-    "the beams of the 1.5 blocks that are left, and to decide one or two of them in float64. These wait for one "
-    "another. The same scan again and again takes 150: a new one makes the processor guess some branches wrongly, and "
-    "doing without branches takes longer (docs/design.md)."
+    "Part of it is the call itself (scan.min of 1 beam, below). Of what is left, a prototype of the kernel takes about "
+    "half with 271 beams, and nearly all with more. The rest is to decide in float64: the least of the lanes, the "
+    "block it is in, the beam and its time wait for one another, about 150 cycles."
 )
 LONG_SCAN = (
     "The bytes bound it more than anything: the whole call runs at about two thirds of the speed of a bare read "
-    "(below). The rest is three operations for each 64 bytes, and deciding in the few blocks of beams that are left."
+    "(below). The rest is four operations for each 64 bytes, and deciding in the few blocks of beams that are left."
 )
 PER_BEAM = (
     "The way to the second cache bounds it: for each 64 bytes of ranges ahead, 128 of tables are read (offsets and "
@@ -42,10 +40,7 @@ PER_BEAM = (
     "and times selected in one step) 1080 beams, whose tables stay in the first cache, took 13 % less time, and "
     "65,536 the same."
 )
-BATCH = (
-    "Each row is a search of its own, and takes what the kernel takes for a single scan of 1080 beams (above); a bare "
-    "read of the bytes takes about a quarter of it."
-)
+BATCH = "Each row is a search of its own, and takes what the kernel takes for a single scan of 1080 beams (above)."
 RATES = (
     "Arithmetic bounds it: about forty operations in float64 for each beam and remembered scan (6 of them at 10 Hz, 21 "
     "at 40 Hz), and what is summed up for a beam does not fit in the registers."
@@ -116,11 +111,13 @@ class Scans:
     rows: int | None = None
     scene: str = "rooms"
     """One of ``car.SCENES``."""
+    is_one: bool = False
+    """Whether it is the same scan, or batch, again and again."""
 
     def case(self, *goals: Goal, why: str = "", by_level: bool = False) -> Case:
         """Make the case."""
         size = f"{self.beams}" if self.rows is None else f"{self.rows}x{self.beams}"
-        scene = "" if self.scene == "rooms" else f" {self.scene}"
+        scene = ("" if self.scene == "rooms" else f" {self.scene}") + " same scan" * self.is_one
         return Case(
             *(self.question.call, f"{size} {self.dtype}{scene}", self.inputs, self._implementations(), self.compare),
             *(goals, by_level, why),
@@ -130,7 +127,8 @@ class Scans:
         """Make scans, or batches of them."""
         calls = turns(self._nbytes())
         scans = _scenes[self.scene](calls * (self.rows or 1), self.beams, self.dtype)
-        return list(scans if self.rows is None else scans.reshape(calls, self.rows, self.beams))
+        every = list(scans if self.rows is None else scans.reshape(calls, self.rows, self.beams))
+        return every[:1] if self.is_one else every
 
     def compare(self, implementation: Implementation, inputs: Sequence[Any]) -> None:
         """Hold every answer to plain NumPy in float64."""
@@ -189,16 +187,64 @@ class Scans:
         }
 
 
+def _call_of_one_beam() -> Case:
+    """Make the case of a call without a kernel."""
+    names = {"scan": ttc_fast.ScanTTC(0.0, 0.1, 1), "speed": car.SPEED}
+
+    def compare(implementation: Implementation, inputs: Sequence[Any]) -> None:
+        assert implementation.answer(inputs[0]) == 2.0 / car.SPEED
+
+    call = {OURS: lambda: Implementation(MIN.library, names)}
+    return Case("min", "1 float32", lambda: [np.array([2.0], np.float32)], call, compare)
+
+
+def _prototype(beams: int) -> Goal:
+    """Return the goal of a call beside one of one beam and a prototype of the kernel."""
+    scans = turns(4 * beams)
+
+    def kernel() -> Implementation:
+        return native.least_keys(scans, car.directions(beams)[0], car.RANGE_MIN, car.RANGE_MAX)
+
+    kernels = {native.PROTOTYPE: kernel} if native.AVAILABLE else {}
+
+    def pool() -> list[Any]:
+        return [car.rooms(scans, beams, "float32")]
+
+    case = Case("prototype", f"{beams} float32", pool, kernels, compare=lambda *_: None)  # it verifies itself
+    label = "call of 1 beam + prototype"
+    return Goal(1.35, other=ONE_BEAM, plus=Share(case, native.PROTOTYPE, scans * native.ROUNDS), label=label)
+
+
+def _same_scan(beams: int) -> Goal:
+    """Return the goal that new scans take hardly longer than one that the processor knows by heart."""
+    return Goal(1.1, other=Scans(MIN, beams, is_one=True).case(), label="same scan again and again")
+
+
+ONE_BEAM = _call_of_one_beam()
 MINIMUM = {
-    beams: Scans(MIN, beams).case(Goal(numpy, "NumPy"), Goal(numba, "numba"), why=why, by_level=beams in (1080, 65_536))
-    for beams, numpy, numba, why in (
-        (271, 100, 9, SHORT_SCAN),
-        (1080, 75, 14, SHORT_SCAN),
-        (4096, 50, 20, SHORT_SCAN),
-        (65_536, 34, 22, LONG_SCAN),
+    beams: Scans(MIN, beams).case(
+        *(Goal(numpy, "NumPy"), Goal(numba, "numba"), *((_prototype(beams), _same_scan(beams)) if is_short else ())),
+        why=SHORT_SCAN if is_short else LONG_SCAN,
+        by_level=beams in (1080, 65_536),
+    )
+    for beams, numpy, numba, is_short in (
+        (271, 100, 9, True),
+        (1080, 75, 14, True),
+        (4096, 50, 20, True),
+        (65_536, 34, 22, False),
     )
 }
-_turning = {scene: Scans(MIN_TURNING, 1080, scene=scene).case() for scene in car.SCENES}
+
+
+def _beside_min(limit: float, beams: int) -> tuple[Goal, ...]:
+    """Return the goal of another question about short scans beside ``min``."""
+    return (Goal(limit, other=MINIMUM[beams], label="min, straight"),) if beams < 65_536 else ()
+
+
+_turning = {
+    scene: Scans(MIN_TURNING, 1080, scene=scene).case(*(_beside_min(1.6, 1080) if scene == "rooms" else ()))
+    for scene in car.SCENES
+}
 _nearest_turning = {
     scene: Scans(NEAREST_TURNING, 1080, scene=scene).case(Goal(4, other=other, label="min, same scans"))
     for scene, other in _turning.items()
@@ -214,11 +260,15 @@ _batch = (
 )
 CASES = [
     *MINIMUM.values(),
-    *(Scans(NEAREST, beams).case(by_level=beams == 1080) for beams in (271, 1080, 4096, 65_536)),
+    *(
+        Scans(NEAREST, beams).case(*_beside_min(2.5, beams), by_level=beams == 1080)
+        for beams in (271, 1080, 4096, 65_536)
+    ),
+    *(Scans(MIN_TURNING, beams).case(*_beside_min(1.6, beams)) for beams in (271, 4096, 65_536)),
     *_per_beam.values(),
     *(Scans(EVERY, beams).case() for beams in (271, 4096)),
     *(Scans(ITTC, beams).case() for beams in (271, 1080, 4096, 65_536)),
-    *(*_turning.values(), *_nearest_turning.values(), Scans(MIN_TURNING, 65_536).case()),
+    *(*_turning.values(), *_nearest_turning.values()),
     Scans(MIN, 1080, "float64").case(Goal(2.2, other=MINIMUM[1080], label="float32"), why=SHORT_SCAN),
     Scans(MIN, 65_536, "float64").case(Goal(2.2, other=MINIMUM[65_536], label="float32"), why=LONG_SCAN),
     Scans(EVERY, 65_536, "float64").case(Goal(2.2, other=_per_beam[65_536], label="float32"), why=PER_BEAM),

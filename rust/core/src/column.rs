@@ -28,6 +28,14 @@ pub trait Source<T>: Copy {
     /// Returns numbers `at .. at + N`, with `fill` for those past the end. It serves for the last few, where `lanes`
     /// would panic.
     fn lanes_or<const N: usize>(&self, at: usize, fill: T) -> [T; N];
+    /// Returns numbers `at .. at + 4 * N`.
+    ///
+    /// # Panics
+    /// When they are not all inside.
+    #[inline(always)]
+    fn four_lanes<const N: usize>(&self, at: usize) -> [[T; N]; 4] {
+        [self.lanes(at), self.lanes(at + N), self.lanes(at + 2 * N), self.lanes(at + 3 * N)]
+    }
 }
 
 /// A view of `len` numbers, `stride` bytes apart, at any alignment.
@@ -166,6 +174,13 @@ impl<T: Copy> Source<T> for Dense<'_, T> {
         self.0.check(at, N);
         // SAFETY: at + N <= len was just checked, and `dense` checked that the numbers are one piece of memory.
         unsafe { self.0.start.add(at * size_of::<T>()).cast::<[T; N]>().read_unaligned() }
+    }
+
+    #[inline(always)]
+    fn four_lanes<const N: usize>(&self, at: usize) -> [[T; N]; 4] {
+        self.0.check(at, 4 * N);
+        // SAFETY: at + 4 * N <= len was just checked, and `dense` checked that the numbers are one piece of memory.
+        unsafe { self.0.start.add(at * size_of::<T>()).cast::<[[T; N]; 4]>().read_unaligned() }
     }
 
     #[inline(always)]

@@ -50,8 +50,12 @@ pub trait Real:
     fn between(low: Self, high: Self) -> Option<Self>;
     /// Returns the number as `f64`, which is exact.
     fn to_f64(self) -> f64;
+    /// Returns the nearest `f32`; a finite number stays finite.
+    fn to_f32(self) -> f32;
     /// Returns a bit for each lane where `low <= x <= high`.
     fn within<I: Instructions>(simd: I, x: &Lanes<Self>, low: &Lanes<Self>, high: &Lanes<Self>) -> u16;
+    /// Returns a bit for each lane that is not above `limit`.
+    fn at_most<I: Instructions>(simd: I, x: &Lanes<Self>, limit: Self) -> u16;
     /// Whether any of 16 points passes the prefilter: no is certain.
     fn may_pass<I: Instructions>(simd: I, points: &[Lanes<Self>; 4], prefilter: &Prefilter<Self>) -> bool;
     /// Keeps the smaller of each pair in `least`. A NaN in `x` is passed over.
@@ -63,7 +67,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($($float:ident $int:ident $within:ident $may_pass:ident $keep_least:ident $compress:ident),* $(,)?) => {$(
+    ($($float:ident $int:ident $within:ident $at_most:ident $may_pass:ident $keep_least:ident $compress:ident),* $(,)?) => {$(
         impl Real for $float {
             const ZERO: Self = 0.0;
             const INFINITY: Self = $float::INFINITY;
@@ -113,8 +117,26 @@ macro_rules! real {
             }
 
             #[inline(always)]
+            #[allow(
+                clippy::cast_lossless,
+                clippy::cast_possible_truncation,
+                clippy::unnecessary_cast,
+                reason = "one body for f32 and f64"
+            )]
+            fn to_f32(self) -> f32 {
+                let largest = f32::MAX as $float;
+                let is_too_large = largest < $float::MAX && self > largest && self < $float::INFINITY;
+                (if is_too_large { largest } else { self }) as f32
+            }
+
+            #[inline(always)]
             fn within<I: Instructions>(simd: I, x: &Lanes<Self>, low: &Lanes<Self>, high: &Lanes<Self>) -> u16 {
                 simd.$within(x, low, high)
+            }
+
+            #[inline(always)]
+            fn at_most<I: Instructions>(simd: I, x: &Lanes<Self>, limit: Self) -> u16 {
+                simd.$at_most(x, limit)
             }
 
             #[inline(always)]
@@ -141,8 +163,8 @@ macro_rules! real {
 }
 
 real! {
-    f32 i32 within_f32 may_pass_f32 keep_least_f32 compress_f32,
-    f64 i64 within_f64 may_pass_f64 keep_least_f64 compress_f64,
+    f32 i32 within_f32 at_most_f32 may_pass_f32 keep_least_f32 compress_f32,
+    f64 i64 within_f64 at_most_f64 may_pass_f64 keep_least_f64 compress_f64,
 }
 
 /// The median of at least one number; the numbers lose their order.

@@ -9,7 +9,7 @@
 //!
 //! This is the one place that knows about instruction sets, and one of the crate's two files with `unsafe`.
 
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, each, lanes};
 use std::fmt;
 
 /// An instruction-set level that this processor is known to have.
@@ -46,6 +46,13 @@ pub trait Instructions: Copy {
     /// Whether comparing lanes gives bits in one instruction, so that counting those is quicker than counting in lanes.
     const BITS: bool = false;
 
+    /// Returns `a * b + c`, rounded once where the processor has an instruction for it, else twice.
+    #[inline(always)]
+    #[must_use]
+    fn mul_add(a: f32, b: f32, c: f32) -> f32 {
+        a * b + c
+    }
+
     /// Returns a bit for each lane where `low <= x <= high`.
     #[inline(always)]
     fn within_f32(self, x: &Lanes<f32>, low: &Lanes<f32>, high: &Lanes<f32>) -> u16 {
@@ -56,6 +63,24 @@ pub trait Instructions: Copy {
     #[inline(always)]
     fn within_f64(self, x: &Lanes<f64>, low: &Lanes<f64>, high: &Lanes<f64>) -> u16 {
         within(x, low, high)
+    }
+
+    /// Returns a bit for each lane that is not above `limit`.
+    #[inline(always)]
+    fn at_most_f32(self, x: &Lanes<f32>, limit: f32) -> u16 {
+        self.within_f32(x, &[f32::NEG_INFINITY; LANES], &[limit; LANES])
+    }
+
+    /// Returns a bit for each lane that is not above `limit`.
+    #[inline(always)]
+    fn at_most_f64(self, x: &Lanes<f64>, limit: f64) -> u16 {
+        self.within_f64(x, &[f64::NEG_INFINITY; LANES], &[limit; LANES])
+    }
+
+    /// Returns `1 / x` to a few units in the last place, where `x` and the result are normal numbers; any number elsewhere.
+    #[inline(always)]
+    fn reciprocal_f32(self, x: &Lanes<f32>) -> Lanes<f32> {
+        each(*x, |x| 1.0 / x)
     }
 
     /// Whether any of 16 points passes the prefilter: no is certain, and yes where there is no quick way to tell.
@@ -150,6 +175,25 @@ pub(crate) fn bit_of_each_point(bits: u64) -> u16 {
     let bits = (bits | bits >> 6) & 0x000F_000F_000F_000F;
     let bits = (bits | bits >> 12) & 0x0000_00FF_0000_00FF;
     (bits | bits >> 24) as u16
+}
+
+/// Returns the same number, of which the compiler then knows nothing. It moves sums of counted bits into vectors, where
+/// each costs several times as much.
+#[inline(always)]
+pub(crate) fn alone(mut count: u32) -> u32 {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: no instruction at all.
+    unsafe {
+        std::arch::asm!("/* {0:e} */", inout(reg) count, options(pure, nomem, nostack, preserves_flags));
+    }
+    count
+}
+
+/// Returns reciprocals to a few units in the last place, from ones that are right to 11 bits: a step of Newton's method
+/// doubles the bits.
+#[inline(always)]
+fn refined<I: Instructions>(x: &Lanes<f32>, rough: &Lanes<f32>) -> Lanes<f32> {
+    lanes(|lane| rough[lane] * I::mul_add(-x[lane], rough[lane], 2.0))
 }
 
 #[inline(always)]
@@ -279,6 +323,7 @@ impl fmt::Display for Level {
 #[cfg(target_arch = "x86_64")]
 fn has_avx2() -> bool {
     is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
         && is_x86_feature_detected!("bmi1")
         && is_x86_feature_detected!("bmi2")
         && is_x86_feature_detected!("lzcnt")
@@ -294,21 +339,21 @@ fn run_baseline<K: Kernel>(kernel: K) -> K::Output {
 
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(x86::Avx2::new())
 }
 
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(x86::Avx512::new())
 }
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{Instructions, LANES, Lanes, Prefilter, whole_points};
+    use super::{Instructions, LANES, Lanes, Prefilter, refined, whole_points};
     use std::arch::x86_64::{
         __m256i, _CMP_GE_OQ, _CMP_LE_OQ, _mm_add_ps, _mm_and_pd, _mm_and_ps, _mm_castps_si128, _mm_cmpeq_epi32,
         _mm_cmpge_pd, _mm_cmpge_ps, _mm_cmpgt_epi32, _mm_cmple_pd, _mm_cmple_ps, _mm_loadu_pd, _mm_loadu_ps,
@@ -321,7 +366,8 @@ mod x86 {
         _mm512_castpd_si512, _mm512_castps_si512, _mm512_cmp_pd_mask, _mm512_cmp_ps_mask, _mm512_cmple_epu32_mask,
         _mm512_cmple_epu64_mask, _mm512_loadu_pd, _mm512_loadu_ps, _mm512_loadu_si512, _mm512_mask_cmp_pd_mask,
         _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32, _mm512_maskz_compress_pd, _mm512_maskz_compress_ps,
-        _mm512_min_pd, _mm512_min_ps, _mm512_storeu_pd, _mm512_storeu_ps, _mm512_storeu_si512,
+        _mm512_min_pd, _mm512_min_ps, _mm512_rcp14_ps, _mm512_set1_ps, _mm512_storeu_pd, _mm512_storeu_ps,
+        _mm512_storeu_si512,
     };
 
     #[inline(always)]
@@ -534,6 +580,11 @@ mod x86 {
 
     impl Instructions for Avx2 {
         #[inline(always)]
+        fn mul_add(a: f32, b: f32, c: f32) -> f32 {
+            a.mul_add(b, c)
+        }
+
+        #[inline(always)]
         fn keep_least_f32(self, least: &mut Lanes<f32>, x: &Lanes<f32>) {
             // SAFETY: `self` proves AVX2.
             unsafe { keep_least_avx2_f32(least, x) }
@@ -574,6 +625,25 @@ mod x86 {
 
     impl Instructions for Avx512 {
         const BITS: bool = true;
+
+        #[inline(always)]
+        fn mul_add(a: f32, b: f32, c: f32) -> f32 {
+            a.mul_add(b, c)
+        }
+
+        #[inline(always)]
+        fn at_most_f32(self, x: &Lanes<f32>, limit: f32) -> u16 {
+            // SAFETY: `self` proves AVX-512 F; the array is one register long.
+            unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(_mm512_loadu_ps(x.as_ptr()), _mm512_set1_ps(limit)) }
+        }
+
+        #[inline(always)]
+        fn reciprocal_f32(self, x: &Lanes<f32>) -> Lanes<f32> {
+            let mut rough = [0.0; LANES];
+            // SAFETY: `self` proves AVX-512 F; each array is one register long.
+            unsafe { _mm512_storeu_ps(rough.as_mut_ptr(), _mm512_rcp14_ps(_mm512_loadu_ps(x.as_ptr()))) };
+            refined::<Self>(x, &rough)
+        }
 
         #[inline(always)]
         fn compress_f32(self, x: &Lanes<f32>, keep: u16) -> Lanes<f32> {
@@ -689,6 +759,57 @@ mod tests {
             for level in Level::all() {
                 assert_eq!(level.run(Within(&x, &low, &high)), (expected, expected), "{level}");
             }
+        }
+    }
+
+    struct AtMost<'a>(&'a Lanes<f32>, f32);
+
+    impl Kernel for AtMost<'_> {
+        type Output = (u16, u16);
+
+        #[inline(always)]
+        fn run<I: Instructions>(self, simd: I) -> (u16, u16) {
+            (simd.at_most_f32(self.0, self.1), simd.at_most_f64(&self.0.map(f64::from), self.1.into()))
+        }
+    }
+
+    #[test]
+    fn at_most_is_its_comparison_at_every_level() {
+        let odd = [0.0, -0.0, 1.0, -1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e-45];
+        for turn in 0..odd.len() {
+            let x: Lanes<f32> = std::array::from_fn(|lane| odd[(3 * lane + turn * lane) % odd.len()]);
+            for limit in odd {
+                let expected = (0..16).map(|lane| u16::from(x[lane] <= limit) << lane).sum();
+                for level in Level::all() {
+                    assert_eq!(level.run(AtMost(&x, limit)), (expected, expected), "{level}: {limit}");
+                }
+            }
+        }
+    }
+
+    struct Reciprocal<'a>(&'a Lanes<f32>);
+
+    impl Kernel for Reciprocal<'_> {
+        type Output = Lanes<f32>;
+
+        #[inline(always)]
+        fn run<I: Instructions>(self, simd: I) -> Lanes<f32> {
+            simd.reciprocal_f32(self.0)
+        }
+    }
+
+    #[test]
+    fn reciprocals_are_right_to_a_few_units_in_the_last_place_at_every_level() {
+        let mut x = f32::MIN_POSITIVE;
+        while x < 1e30 {
+            let each: Lanes<f32> = std::array::from_fn(|lane| x * (1.0 + 0.0625 * lane as f32));
+            for level in Level::all() {
+                for (x, reciprocal) in each.into_iter().zip(level.run(Reciprocal(&each))) {
+                    let error = (f64::from(reciprocal) * f64::from(x) - 1.0).abs();
+                    assert!(error < 3.0 * f64::from(f32::EPSILON), "{level}: 1 / {x:e} is {reciprocal:e}");
+                }
+            }
+            x *= 1.37;
         }
     }
 

@@ -1,57 +1,54 @@
-//! Bounds on the time-to-collision of beams, in the type of the ranges.
+//! Bounds on the time-to-collision of beams, in `f32`.
 //!
 //! There are two ways to bound. When the sensor moves straight ahead or back, the closing speed is `speed *
 //! cos(angle)`, and the speed is a common factor: the order of the beams does not depend on it, and `clearance / |cos|`
 //! is enough, where `1 / |cos|` is a table. Any other motion takes a division.
 
-use super::readings::Rules;
-use super::tables::Envelope;
-use crate::lanes::{Lanes, lanes, window};
+use super::tables::{Ahead, Block, Blocks};
+use crate::lanes::{LANES, Lanes, each, lanes};
 use crate::real::Real;
+use crate::simd::Instructions;
+use std::ops::Range;
 
-/// Bounds on `scale` times the time-to-collision of the beams in each lane of an envelope.
-pub(super) trait Bound<T> {
-    /// Returns for each lane a number not above that of any beam with any range from `ranges` up; NaN where no beam can
-    /// close.
-    fn below(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T>;
-    /// Returns for each lane a number not below that of its one beam with just this range; NaN where that may be
-    /// infinite.
-    fn above(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T>;
+/// Bounds on `scale` times the time-to-collision of beams.
+pub(super) trait Bound: Copy {
+    /// Returns the blocks that have a beam that may close.
+    fn blocks<I: Instructions>(&self, simd: I) -> Range<usize>;
+    /// Returns for each lane a number not above that of the beam with this range; NaN where the range is below `low` or
+    /// none, and where the beam certainly does not close.
+    fn below<I: Instructions>(&self, simd: I, block: usize, group: usize, ranges: &Lanes<f32>, low: f32) -> Lanes<f32>;
     /// Returns the factor of all times.
     fn scale(&self) -> f64;
 }
 
-/// Bounds for a sensor that moves along the vehicle's x axis, with ranges taken as they are.
-pub(super) struct Straight<'a, T> {
-    inverse: &'a [T],
-    offset: &'a [T],
+/// Bounds for a sensor that moves along the vehicle's x axis.
+#[derive(Clone, Copy)]
+pub(super) struct Straight<'a> {
+    inverse: &'a [Block],
+    inside: &'a [Block],
     speed: f64,
-    /// A beam with a smaller inverse certainly closes fast enough to count.
-    largest_inverse: T,
 }
 
-impl<'a, T: Real> Straight<'a, T> {
+impl<'a> Straight<'a> {
     #[inline(always)]
-    pub(super) fn new(envelope: &'a Envelope<T>, speed: f64, min_closing_speed: f64) -> Self {
-        let inverse = if speed > 0.0 { &envelope.inverse_forward } else { &envelope.inverse_reverse };
-        let largest_inverse = T::from_f64(speed.abs() / min_closing_speed) * just_below_one();
-        Straight { inverse, offset: &envelope.offset, speed: speed.abs(), largest_inverse }
+    pub(super) fn new(ahead: &'a Ahead, speed: f64) -> Self {
+        let Ahead { inverse, inside, .. } = ahead;
+        Straight { inverse, inside: &inside[..inverse.len()], speed: speed.abs() }
     }
 }
 
-impl<T: Real> Bound<T> for Straight<'_, T> {
+impl Bound for Straight<'_> {
     #[inline(always)]
-    fn below(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T> {
-        let (inverse, offset) = (window(self.inverse, at), window(self.offset, at));
-        lanes(|lane| (ranges[lane] - offset[lane]) * inverse[lane])
+    fn blocks<I: Instructions>(&self, _: I) -> Range<usize> {
+        0..self.inverse.len()
     }
 
     #[inline(always)]
-    fn above(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T> {
-        let (inverse, offset) = (window(self.inverse, at), window(self.offset, at));
+    fn below<I: Instructions>(&self, _: I, block: usize, group: usize, ranges: &Lanes<f32>, low: f32) -> Lanes<f32> {
+        let (inverse, inside) = (&self.inverse[block].0[group], &self.inside[block].0[group]);
         lanes(|lane| {
-            let above = clearance_above(ranges[lane], offset[lane]) * inverse[lane] * just_above_one();
-            if inverse[lane] < self.largest_inverse { above } else { T::NAN }
+            let bound = I::mul_add(ranges[lane], inverse[lane], -inside[lane]);
+            if ranges[lane] >= low { bound } else { f32::NAN }
         })
     }
 
@@ -61,56 +58,60 @@ impl<T: Real> Bound<T> for Straight<'_, T> {
     }
 }
 
-/// Bounds for any motion and any rules.
-pub(super) struct Turning<'a, T> {
-    envelope: &'a Envelope<T>,
-    farthest: T,
-    velocity: (T, T),
-    slack: T,
-    min_closing_speed: T,
+/// Bounds for any motion.
+#[derive(Clone, Copy)]
+pub(super) struct Turning<'a> {
+    blocks: &'a Blocks,
+    velocity: (f32, f32),
+    slack: f32,
+    least_closing: f32,
 }
 
-impl<'a, T: Real> Turning<'a, T> {
+impl<'a> Turning<'a> {
     #[inline(always)]
-    pub(super) fn new(
-        envelope: &'a Envelope<T>,
-        rules: &Rules<T>,
-        (vx, vy): (f64, f64),
-        min_closing_speed: f64,
-    ) -> Self {
-        let slack = T::from_f64((vx.abs() + vy.abs()) * (T::SLACK.to_f64() + envelope.spread.to_f64())) + T::TINY;
-        let (velocity, min_closing_speed) = ((T::from_f64(vx), T::from_f64(vy)), T::from_f64(min_closing_speed));
-        Turning { envelope, farthest: rules.clamp.1, velocity, slack, min_closing_speed }
+    pub(super) fn new(blocks: &'a Blocks, (vx, vy): (f64, f64), min_closing_speed: f64) -> Self {
+        // Faster than it is by more than all roundings of the tables and of the bound.
+        let slack = f32::from_f64((vx.abs() + vy.abs()) * f32::SLACK.to_f64()) + f32::TINY;
+        let faster = 1.0 + f32::SLACK.to_f64();
+        let velocity = (f32::from_f64(vx * faster), f32::from_f64(vy * faster));
+        let least_closing = f32::from_f64(min_closing_speed).max(f32::TINY);
+        Turning { blocks, velocity, slack, least_closing }
     }
 
-    /// Returns the closing speeds in the middle of the envelope. No beam's closing speed differs by more than `slack`.
+    /// Returns closing speeds in some directions, not below the true ones.
     #[inline(always)]
-    fn closing(&self, at: usize) -> Lanes<T> {
-        let (cos, sin) = (window(&self.envelope.cos, at), window(&self.envelope.sin, at));
-        lanes(|lane| self.velocity.0 * cos[lane] + self.velocity.1 * sin[lane])
+    fn closing<I: Instructions>(&self, cos: &Lanes<f32>, sin: &Lanes<f32>, slack: f32) -> Lanes<f32> {
+        lanes(|lane| I::mul_add(self.velocity.0, cos[lane], I::mul_add(self.velocity.1, sin[lane], slack)))
     }
 }
 
-impl<T: Real> Bound<T> for Turning<'_, T> {
+impl Bound for Turning<'_> {
     #[inline(always)]
-    fn below(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T> {
-        let (closing, offset) = (self.closing(at), window(&self.envelope.offset, at));
-        let below_one = T::from_f64(1.0) - T::SLACK;
-        lanes(|lane| {
-            let range = if ranges[lane] > self.farthest { self.farthest } else { ranges[lane] };
-            let closing = closing[lane] + self.slack;
-            let bound = (range - offset[lane]) / closing * below_one;
-            if closing > T::ZERO { bound } else { T::NAN }
-        })
+    fn blocks<I: Instructions>(&self, simd: I) -> Range<usize> {
+        let (vx, vy) = self.velocity;
+        let slack = (vx.abs() + vy.abs()) * self.blocks.spread + self.slack;
+        let (mut first, mut end) = (0, 0);
+        for (at, [cos, sin]) in self.blocks.middle.iter().enumerate() {
+            let receding = each(self.closing::<I>(cos, sin, slack), |closing| -closing);
+            let closing = u32::from(simd.at_most_f32(&receding, -self.least_closing));
+            if closing != 0 {
+                first = if end == 0 { at * LANES + closing.trailing_zeros() as usize } else { first };
+                end = at * LANES + (u32::BITS - closing.leading_zeros()) as usize;
+            }
+        }
+        first..end
     }
 
     #[inline(always)]
-    fn above(&self, at: usize, ranges: &Lanes<T>) -> Lanes<T> {
-        let (closing, offset) = (self.closing(at), window(&self.envelope.offset, at));
+    fn below<I: Instructions>(&self, simd: I, block: usize, group: usize, ranges: &Lanes<f32>, low: f32) -> Lanes<f32> {
+        let Blocks { cos, sin, offset, .. } = self.blocks;
+        let offset = &offset[block].0[group];
+        let closing = self.closing::<I>(&cos[block].0[group], &sin[block].0[group], self.slack);
+        let inverse = simd.reciprocal_f32(&closing);
         lanes(|lane| {
-            let closing = closing[lane] - self.slack;
-            let above = clearance_above(ranges[lane], offset[lane]) / closing * just_above_one();
-            if closing > self.min_closing_speed { above } else { T::NAN }
+            let bound = (ranges[lane] - offset[lane]) * inverse[lane];
+            let bound = if ranges[lane] >= low { bound } else { f32::NAN };
+            if closing[lane] >= self.least_closing { bound } else { f32::NAN }
         })
     }
 
@@ -118,24 +119,4 @@ impl<T: Real> Bound<T> for Turning<'_, T> {
     fn scale(&self) -> f64 {
         1.0
     }
-}
-
-/// Returns a number not below the true clearance, from an offset that is above the true one by a few roundings at most.
-#[inline(always)]
-fn clearance_above<T: Real>(range: T, offset: T) -> T {
-    let clearance = range - offset * just_below_one();
-    // In contact the time is 0. A comparison with NaN is false, so that NaN stays.
-    if clearance < T::ZERO { T::ZERO } else { clearance }
-}
-
-/// Returns a number farther above 1 than all roundings of a table and a bound together.
-#[inline(always)]
-fn just_above_one<T: Real>() -> T {
-    T::from_f64(1.0 + 4.0 * T::SLACK.to_f64())
-}
-
-/// Returns a number farther below 1 than all roundings of a table and a bound together.
-#[inline(always)]
-fn just_below_one<T: Real>() -> T {
-    T::from_f64(1.0 - 4.0 * T::SLACK.to_f64())
 }

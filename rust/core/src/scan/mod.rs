@@ -23,7 +23,7 @@ pub use swept::ScanSweptPath;
 pub use vote::{BeamVote, Neighbours};
 pub(crate) use {readings::Rules, tables::KernelTables};
 
-use crate::column::{Column, ColumnMut};
+use crate::column::{Column, ColumnMut, Source};
 use crate::error::{Error, one_entry_each};
 use crate::hit::{Counts, Hit};
 use crate::lanes::groups;
@@ -34,7 +34,7 @@ use crate::vehicle::Motion;
 use per_beam::{Pace, Scan, Statuses, Straight, Times, Turning};
 use readings::CountReadings;
 use search::first_hit;
-use tables::{Beams, ExactBeams, Tables};
+use tables::{Beams, Blocks, ExactBeams, Tables};
 
 /// The nearest beam in time, and everything that says why.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +64,7 @@ pub struct ScanTtc {
     pub(crate) settings: Settings,
     pub(crate) level: Level,
     pub(crate) beams: Beams,
+    blocks: Blocks,
     single: KernelTables<f32>,
     double: KernelTables<f64>,
 }
@@ -100,6 +101,7 @@ impl ScanTtc {
         Ok(ScanTtc {
             single: KernelTables::new(&settings, &beams),
             double: KernelTables::new(&settings, &beams),
+            blocks: Blocks::new(&beams, settings.beams),
             beams,
             level,
             settings,
@@ -123,7 +125,7 @@ impl ScanTtc {
     pub fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
         let exact = self.exact(ranges.len(), motion)?;
         let best = match self.settings.beam_vote {
-            None => first_hit(self.level, ranges, T::kernel_tables(self), exact),
+            None => first_hit(ranges, self, exact),
             Some(beam_vote) => self.moving(ranges, exact).voted(beam_vote).0,
         };
         Ok((best.closes() || self.moving(ranges, exact).observes()).then_some(best.ttc))
@@ -152,7 +154,7 @@ impl ScanTtc {
     ) -> Result<(), Error> {
         let view = self.view(ranges, motion)?;
         self.check_outputs(out, status_out.as_deref())?;
-        let (tables, velocity) = (&view.kernel.tables, view.exact.velocity);
+        let (tables, velocity) = (&view.kernel().tables, view.exact.velocity);
         if let Some(pace) = Straight::new(tables, velocity) {
             view.per_beam(pace, out, status_out);
         } else {
@@ -193,7 +195,7 @@ impl ScanTtc {
     }
 
     fn moving<'a, T: Range>(&'a self, ranges: Column<'a, T>, exact: ExactBeams<'a>) -> View<'a, T> {
-        View { ranges, kernel: T::kernel_tables(self), exact, level: self.level, settings: &self.settings }
+        View { ranges, scan: self, exact }
     }
 
     /// Returns the beams in a motion, if it makes sense and there is a range for each.
@@ -208,17 +210,19 @@ impl ScanTtc {
 /// One scan in one motion, which all questions are asked of.
 pub(crate) struct View<'a, T> {
     ranges: Column<'a, T>,
-    kernel: &'a KernelTables<T>,
+    scan: &'a ScanTtc,
     exact: ExactBeams<'a>,
-    level: Level,
-    settings: &'a Settings,
 }
 
-impl<T: Real> View<'_, T> {
+impl<'a, T: Range> View<'a, T> {
+    fn kernel(&self) -> &'a KernelTables<T> {
+        T::kernel_tables(self.scan)
+    }
+
     /// Returns the deciding beam, and whether the vote, if there is one, confirms it.
     fn best(&self) -> (Hit, bool) {
-        match self.settings.beam_vote {
-            None => (first_hit(self.level, self.ranges, self.kernel, self.exact), true),
+        match self.scan.settings.beam_vote {
+            None => (first_hit(self.ranges, self.scan, self.exact), true),
             Some(beam_vote) => self.voted(beam_vote),
         }
     }
@@ -244,7 +248,7 @@ impl<T: Real> View<'_, T> {
             ttc: best.ttc,
             status: self.status(best, confirmed, &counts),
             beam,
-            angle: beam.map_or(f64::NAN, |beam| self.settings.angle(beam)),
+            angle: beam.map_or(f64::NAN, |beam| self.scan.settings.angle(beam)),
             range,
             clearance: beam.map_or(f64::NAN, |beam| self.clearance(beam, range)),
             closing_speed: beam.map_or(f64::NAN, |beam| self.exact.closing(beam)),
@@ -264,7 +268,7 @@ impl<T: Real> View<'_, T> {
     }
 
     fn status(&self, best: Hit, confirmed: bool, counts: &Counts) -> Status {
-        let hit_too_close = self.settings.too_close == TooClose::Hit && counts.too_close > 0;
+        let hit_too_close = self.scan.settings.too_close == TooClose::Hit && counts.too_close > 0;
         let there = counts.valid > 0 || hit_too_close;
         let far = counts.beyond_limits > 0;
         if counts.contact > 0 {
@@ -273,7 +277,7 @@ impl<T: Real> View<'_, T> {
             Status::TooFew
         } else if best.closes() {
             Status::Closing
-        } else if there || (far && self.settings.limits_policy == LimitsPolicy::Clamp) {
+        } else if there || (far && self.scan.settings.limits_policy == LimitsPolicy::Clamp) {
             Status::NotClosing
         } else if far || counts.no_return > 0 {
             Status::Clear
@@ -283,17 +287,17 @@ impl<T: Real> View<'_, T> {
     }
 
     fn per_beam<'o>(&self, pace: impl Pace<T>, out: &mut ColumnMut<'o, T>, status_out: Option<&mut ColumnMut<'o, u8>>) {
-        let KernelTables { tables, rules } = self.kernel;
+        let KernelTables { tables, rules } = self.kernel();
         let (rules, offset, min_closing_speed) =
             (*rules, groups(&tables.offset), T::from_f64(self.exact.min_closing_speed));
         let ranges = self.ranges;
         // The times last: they may be written over the ranges.
         if let Some(status_out) = status_out {
             let out = status_out.reborrow();
-            self.level.run(Statuses { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
+            self.scan.level.run(Statuses { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
         }
         if let (Some(ranges), Some(out)) = (ranges.dense(), out.dense()) {
-            self.level.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
+            self.scan.level.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
         } else {
             let out = out.reborrow();
             Level::BASELINE.run(Times { scan: Scan { ranges, rules, offset, pace, min_closing_speed }, out });
@@ -302,22 +306,30 @@ impl<T: Real> View<'_, T> {
 
     /// Counts how often each case of a reading occurs.
     pub(crate) fn counts(&self) -> Counts {
-        let KernelTables { tables: Tables { offset_below, .. }, rules } = self.kernel;
         match self.ranges.dense() {
-            Some(ranges) => self.level.run(CountReadings { ranges, rules: *rules, offset_below }),
-            None => Level::BASELINE.run(CountReadings { ranges: self.ranges, rules: *rules, offset_below }),
+            Some(ranges) => self.counts_of(self.scan.level, ranges),
+            None => self.counts_of(Level::BASELINE, self.ranges),
         }
+    }
+
+    fn counts_of(&self, level: Level, ranges: impl Source<T>) -> Counts {
+        let KernelTables { tables: Tables { offset_below, looking, .. }, rules } = self.kernel();
+        let (rules, looking) = (*rules, *looking);
+        level
+            .run(CountReadings::<_, _, false> { ranges, rules, offset_below, looking })
+            .or_else(|| level.run(CountReadings::<_, _, true> { ranges, rules, offset_below, looking }))
+            .expect("the strict kernel counts any scan")
     }
 
     /// Whether any beam saw anything. Usually one of the first did.
     pub(crate) fn observes(&self) -> bool {
         (0..self.ranges.len())
-            .any(|beam| !self.exact.beams.ignores(beam) && self.kernel.rules.observed(self.ranges.get(beam)))
+            .any(|beam| !self.exact.beams.ignores(beam) && self.kernel().rules.observed(self.ranges.get(beam)))
     }
 
     /// The range of a beam to compute with, m; NaN without one.
     pub(crate) fn usable(&self, beam: usize) -> f64 {
-        self.kernel.rules.usable(self.ranges.get(beam)).to_f64()
+        self.kernel().rules.usable(self.ranges.get(beam)).to_f64()
     }
 
     /// What is left of a range outside the outline, m.

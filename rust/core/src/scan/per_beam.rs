@@ -5,7 +5,7 @@
 //! [`Statuses`] write them.
 
 use super::readings::Rules;
-use super::tables::{Envelope, Tables};
+use super::tables::Tables;
 use crate::column::{Sink, Source};
 use crate::formula::finish_ttc;
 use crate::lanes::{LANES, Lanes, each, groups, lanes};
@@ -39,7 +39,7 @@ pub(super) struct Straight<'a, T> {
 impl<'a, T: Real> Straight<'a, T> {
     /// Makes one if the velocity is along the x axis, and no product with `1 / velocity` can overflow or lose digits.
     pub(super) fn new(tables: &'a Tables<T>, (vx, vy): (f64, f64)) -> Option<Self> {
-        let Tables { beams: Envelope { cos, .. }, inverse, extremes, .. } = tables;
+        let Tables { cos, inverse, extremes, .. } = tables;
         let (cos, inverse) = (groups(cos), groups(inverse));
         let straight = Straight { cos, inverse, extremes, speed: T::from_f64(vx), per_speed: T::from_f64(1.0 / vx) };
         (vy == 0.0 && (1e-3..1e6).contains(&vx.abs())).then_some(straight)
@@ -83,7 +83,7 @@ pub(super) struct Turning<'a, T> {
 
 impl<'a, T: Real> Turning<'a, T> {
     pub(super) fn new(tables: &'a Tables<T>, (vx, vy): (f64, f64)) -> Self {
-        let (cos, sin) = (groups(&tables.beams.cos), groups(&tables.beams.sin));
+        let (cos, sin) = (groups(&tables.cos), groups(&tables.sin));
         Turning { cos, sin, velocity: (T::from_f64(vx), T::from_f64(vy)) }
     }
 }

@@ -5,7 +5,7 @@ use crate::column::Source;
 use crate::hit::Counts;
 use crate::lanes::{LANES, Lanes, lanes, window};
 use crate::real::Real;
-use crate::simd::{Instructions, Kernel};
+use crate::simd::{Instructions, Kernel, alone};
 
 /// The rules by which readings count, with bounds rounded to the type of the ranges.
 #[derive(Clone, Copy, Debug)]
@@ -49,10 +49,22 @@ impl<T: Real> Rules<T> {
         self.clamp.1 < T::INFINITY || self.clamp.0 > T::ZERO
     }
 
+    /// Whether no range to compute with is so large that a bound on its time could overflow.
+    #[inline(always)]
+    pub(super) fn is_bounded(&self) -> bool {
+        self.usable_max < T::from_f64(1e20)
+    }
+
     /// The range to compute with: a valid reading, moved into the user's limits if they clamp; NaN where there is none.
     #[inline(always)]
     pub(crate) fn usable(&self, r: T) -> T {
         self.clamped(self.valid(r))
+    }
+
+    /// The range to compute with of a reading that is not -inf, where limits do not clamp: fewer steps, one after the other.
+    #[inline(always)]
+    pub(super) fn ordinary(&self, r: T) -> T {
+        if (r >= self.range_min) & (r <= self.usable_max) { r } else { T::NAN }
     }
 
     /// The valid reading before it is moved into the user's limits; NaN where there is none.
@@ -85,69 +97,83 @@ impl<T: Real> Rules<T> {
     }
 }
 
-/// Counts every case of a scan.
-pub(super) struct CountReadings<'a, T, S> {
+/// Counts every case of a scan. Unless it is `STRICT`, it returns nothing where readings are clamped or -inf.
+///
+/// There is no branch that depends on an ordinary scan: where a reading is odd, no processor can guess. The kernel counts
+/// sets of readings that hold one another, and their differences are the cases.
+pub(super) struct CountReadings<'a, T, S, const STRICT: bool> {
     pub ranges: S,
     pub rules: Rules<T>,
     /// The largest range of each beam that is in contact; NaN where the beam is ignored.
     pub offset_below: &'a [T],
+    /// The number of beams that are not ignored.
+    pub looking: u32,
 }
 
-impl<T: Real, S: Source<T>> Kernel for CountReadings<'_, T, S> {
-    type Output = Counts;
+impl<T: Real, S: Source<T>, const STRICT: bool> Kernel for CountReadings<'_, T, S, STRICT> {
+    type Output = Option<Counts>;
+    const AVX512: bool = !STRICT;
 
     #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) -> Counts {
+    fn run<I: Instructions>(self, simd: I) -> Option<Counts> {
         let beams = self.ranges.len();
         let whole = beams / LANES * LANES;
-        let mut counts = Counts::default();
+        let (mut counts, mut least_reading) = ([0; 6], [T::INFINITY; LANES]);
         for at in (0..whole).step_by(LANES) {
-            self.count(simd, &mut counts, at, &self.ranges.lanes(at), u16::MAX);
+            self.count(simd, &mut counts, &mut least_reading, at, self.ranges.lanes(at));
         }
         if whole < beams {
-            let there = u16::MAX >> (whole + LANES - beams);
-            self.count(simd, &mut counts, whole, &self.ranges.lanes_or(whole, T::NAN), there);
+            self.count(simd, &mut counts, &mut least_reading, whole, self.ranges.lanes_or(whole, T::NAN));
         }
-        counts
+        if !STRICT && (self.rules.clamps() || T::at_most(simd, &least_reading, T::ZERO - T::INFINITY) != 0) {
+            return None;
+        }
+        let [numbers, finite, in_range, valid, contact, too_close] = counts;
+        Some(Counts {
+            valid,
+            invalid: self.looking - numbers,
+            too_close,
+            no_return: numbers - finite,
+            out_of_range: finite - too_close - in_range,
+            beyond_limits: in_range - valid,
+            masked: u32::try_from(beams).expect("settings bound the number of beams") - self.looking,
+            contact,
+        })
     }
 }
 
-impl<T: Real, S> CountReadings<'_, T, S> {
-    /// Counts the readings of a group that are `there`. Most groups are ordinary: all are valid, none is in contact.
+impl<T: Real, S, const STRICT: bool> CountReadings<'_, T, S, STRICT> {
+    /// Adds the number of readings of a group that are in each set.
     #[inline(always)]
-    fn count<I: Instructions>(&self, simd: I, counts: &mut Counts, at: usize, ranges: &Lanes<T>, there: u16) {
-        let Rules { range_max, far_limit, .. } = self.rules;
-        let is_limited = far_limit < range_max;
-        let farthest = if is_limited { far_limit } else { range_max };
-        let offset = window(self.offset_below, at);
-        let valid = self.rules.within(simd, ranges, farthest);
-        let outside = lanes(|lane| ranges[lane] - offset[lane]);
-        let outside = T::within(simd, &outside, &[T::ZERO.above(); LANES], &[T::INFINITY; LANES]);
-        if valid & outside == u16::MAX {
-            counts.valid += there.count_ones();
-            return;
-        }
-        let minus_infinity = T::ZERO - T::INFINITY;
-        let looked = T::within(simd, offset, &[minus_infinity; LANES], &[T::INFINITY; LANES]);
-        let finite = T::within(simd, ranges, &[T::ZERO - T::MAX; LANES], &[T::MAX; LANES]);
-        let no_return = T::within(simd, ranges, &[T::INFINITY; LANES], &[T::INFINITY; LANES]);
-        let too_close = T::within(simd, ranges, &[minus_infinity; LANES], &[minus_infinity; LANES]);
-        let in_range = if is_limited { self.rules.within(simd, ranges, range_max) } else { valid };
-        let contact = if too_close != 0 || self.rules.clamps() {
-            let clearance = lanes(|lane| self.rules.usable(ranges[lane]) - offset[lane]);
-            T::within(simd, &clearance, &[minus_infinity; LANES], &[T::ZERO; LANES])
+    fn count<I: Instructions>(
+        &self,
+        simd: I,
+        counts: &mut [u32; 6],
+        least_reading: &mut Lanes<T>,
+        at: usize,
+        readings: Lanes<T>,
+    ) {
+        let rules = self.rules;
+        let offset = *window(self.offset_below, at); // a copy: what lies behind a reference is read where a lane needs it
+        // An ignored beam has no clearance; otherwise that is infinite only where the reading is.
+        let clearance = lanes(|lane| readings[lane] - offset[lane]);
+        let (numbers, finite) = (T::at_most(simd, &clearance, T::INFINITY), T::at_most(simd, &clearance, T::MAX));
+        let in_range = numbers & rules.within(simd, &readings, rules.range_max);
+        let valid = if rules.far_limit < rules.range_max {
+            in_range & rules.within(simd, &readings, rules.far_limit)
         } else {
-            valid & !outside
+            in_range
         };
-
-        let number = |bits: u16| (bits & looked & there).count_ones();
-        counts.valid += number(valid);
-        counts.invalid += number(!(finite | no_return | too_close));
-        counts.too_close += number(too_close);
-        counts.no_return += number(no_return);
-        counts.out_of_range += number(finite & !in_range);
-        counts.beyond_limits += number(in_range & !valid);
-        counts.masked += (!looked & there).count_ones();
-        counts.contact += number(contact);
+        let mut sets = [numbers, finite, in_range, valid, valid & T::at_most(simd, &clearance, T::ZERO), 0];
+        if STRICT {
+            let clearance = lanes(|lane| rules.usable(readings[lane]) - offset[lane]);
+            sets[4] = T::at_most(simd, &clearance, T::ZERO);
+            sets[5] = numbers & T::at_most(simd, &readings, T::ZERO - T::INFINITY);
+        } else {
+            T::keep_least(simd, least_reading, &readings);
+        }
+        for (count, set) in counts.iter_mut().zip(sets) {
+            *count += alone(set.count_ones());
+        }
     }
 }

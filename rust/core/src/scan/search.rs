@@ -1,27 +1,32 @@
 //! The least time-to-collision of a scan, exactly, without computing all of them exactly.
 //!
-//! A time-to-collision takes a division per beam, and only one beam matters. So the search is a branch and bound, from
-//! coarse to fine, and in the type of the ranges until the end:
+//! A time-to-collision takes a division per beam, and only one beam matters. So the search goes straight through the
+//! beams with numbers that are not above their times, in `f32`, and computes few in `f64`:
 //!
-//! 1. *Blocks.* Each lane of a block of beams keeps only the least valid reading it sees. With the least favourable
-//!    offset and direction among its beams, that reading gives a number that is not above the true time of any of them.
-//! 2. *A limit.* Each beam of the block with the least bound gets a number that is not below its true time. The least
-//!    of these is the limit: the answer cannot lie above it, and seldom lies far below.
-//! 3. *Groups.* In each block whose bound does not exceed the limit, every beam gets a bound of its own.
-//! 4. *Beams.* The beams whose bounds do not exceed the limit are computed exactly, in `f64`, and lower the limit.
+//! 1. *Keys.* Each beam gets a number that is not above its true time: its [`Bound`]. Each lane of a block of beams
+//!    keeps the least.
+//! 2. *A limit.* The least of all, and a little more for rounding, is about where the answer lies.
+//! 3. *Beams.* In each block with a key up to the limit, which usually is one, the beams with such keys are computed
+//!    exactly, in `f64`.
 //!
-//! No bound lies on the wrong side of the truth, however it was rounded, so that no better beam is missed: rounding
-//! costs time, never the answer. On flat walls, where many beams tie within `f32`, more beams are computed.
+//! No key lies on the wrong side of the truth, however it was rounded. So if the best time is not above the limit, no
+//! beam beyond the limit is better. Else the search goes on, up to the best time: rounding costs time, never the answer.
+//!
+//! There is no branch that depends on where the nearest beam is. A processor guesses such a branch wrongly on each new
+//! scan, and a wrong guess takes as long as a hundred beams.
 
+use super::ScanTtc;
 use super::bound::{Bound, Straight, Turning};
 use super::readings::Rules;
-use super::tables::{BLOCKS, Envelope, ExactBeams, KernelTables, Tables, start};
+use super::tables::{ExactBeams, GROUPS, start};
 use crate::column::{Column, Source};
 use crate::hit::Hit;
 use crate::lanes::{LANES, Lanes, each, least};
 use crate::real::Real;
-use crate::simd::{Instructions, Kernel, Level};
+use crate::scan;
+use crate::simd::{Instructions, Kernel};
 use arrayvec::ArrayVec;
+use std::ops::Range;
 
 /// Below this speed, m/s, products lose digits, and bounds would not hold.
 const SLOWEST: f64 = 1e-290;
@@ -29,29 +34,33 @@ const SLOWEST: f64 = 1e-290;
 /// As few beams as this are computed one by one: a search among them would take longer.
 const FEW: usize = 4;
 
+/// The blocks of a long scan are taken together in this many stretches: there is one bit for each, and the least keys of
+/// all of them fit on the stack.
+const STRETCHES: usize = u64::BITS as usize;
+
+/// Where closing speeds count from less than this part of the speed on, nearly all beams ahead do; and at a speed above
+/// this, m/s, no bound overflows.
+const SLOW: f64 = 0.05;
+
 /// Returns the beam with the least time-to-collision.
 ///
 /// All of it is inlined, and it passes no reference to a function that is not: what a reference points to has to lie in
 /// memory, and to write it there and read it back takes as long as a hundred beams.
 #[inline(always)]
-pub(super) fn first_hit<T: Real>(
-    level: Level,
-    ranges: Column<'_, T>,
-    kernel: &KernelTables<T>,
-    exact: ExactBeams<'_>,
-) -> Hit {
+pub(super) fn first_hit<T: scan::Range>(ranges: Column<'_, T>, scan: &ScanTtc, exact: ExactBeams<'_>) -> Hit {
     let ((vx, vy), min_closing_speed) = (exact.velocity, exact.min_closing_speed);
     let fastest = vx.abs() + vy.abs();
     if fastest <= min_closing_speed {
         return Hit::NONE;
     }
-    let rules = &kernel.rules;
     if fastest < SLOWEST || ranges.len() <= FEW {
-        one_by_one(ranges, rules, exact)
-    } else if vy == 0.0 && !rules.clamps() {
-        searched(level, ranges, kernel, exact, |envelope| Straight::new(envelope, vx, min_closing_speed))
+        one_by_one(ranges, &T::kernel_tables(scan).rules, exact)
+    } else if vy == 0.0 && min_closing_speed < SLOW * fastest {
+        let ahead = if vx > 0.0 { &scan.blocks.forward } else { &scan.blocks.reverse };
+        let Range { start, end } = ahead.beams;
+        searched(ranges.slice(start, end), start, scan, exact, Straight::new(ahead, vx))
     } else {
-        searched(level, ranges, kernel, exact, |envelope| Turning::new(envelope, rules, (vx, vy), min_closing_speed))
+        searched(ranges, 0, scan, exact, Turning::new(&scan.blocks, (vx, vy), min_closing_speed))
     }
 }
 
@@ -66,148 +75,182 @@ fn one_by_one<T: Real>(ranges: Column<'_, T>, rules: &Rules<T>, exact: ExactBeam
 }
 
 #[inline(always)]
-fn searched<'a, T: Real, B: Bound<T>>(
-    level: Level,
+fn searched<T: scan::Range>(
     ranges: Column<'_, T>,
-    kernel: &'a KernelTables<T>,
-    exact: ExactBeams<'a>,
-    bound: impl Fn(&'a Envelope<T>) -> B,
+    before: usize,
+    scan: &ScanTtc,
+    exact: ExactBeams<'_>,
+    bound: impl Bound,
 ) -> Hit {
-    let KernelTables { tables, rules } = kernel;
-    if ranges.len() < LANES {
-        let few: Lanes<T> = ranges.lanes_or(0, T::NAN);
-        return level.run(Search { ranges: Column::new(&few), rules, tables, bound, exact });
-    }
-    match ranges.dense() {
-        Some(ranges) => level.run(Search { ranges, rules, tables, bound, exact }),
-        None => level.run(Search { ranges, rules, tables, bound, exact }),
-    }
+    let (level, rules) = (scan.level, (&scan.single.rules, &T::kernel_tables(scan).rules));
+    let few: Lanes<T>;
+    let ranges = if ranges.len() < LANES {
+        few = ranges.lanes_or(0, T::NAN);
+        Column::new(&few)
+    } else {
+        ranges
+    };
+    let best = if let Some(ranges) = ranges.dense() {
+        let (vx, vy) = exact.velocity;
+        let is_ordinary = !rules.0.clamps() && vx.abs() + vy.abs() > SLOW;
+        is_ordinary
+            .then(|| level.run(Search::<_, _, _, false> { ranges, before, rules, bound, exact }))
+            .flatten()
+            .or_else(|| level.run(Search::<_, _, _, true> { ranges, before, rules, bound, exact }))
+    } else {
+        level.run(Search::<_, _, _, true> { ranges, before, rules, bound, exact })
+    };
+    best.unwrap_or(Hit::NONE)
 }
 
-/// The search for one kind of bounds.
-struct Search<'a, T, S, F> {
+/// The search for one kind of bounds. Unless it is `STRICT`, it returns nothing of a scan that is out of the ordinary:
+/// where a reading is -inf, or where the least keys are of beams that do not count after all.
+struct Search<'a, T, S, B, const STRICT: bool> {
     /// The ranges, at least one group of lanes.
     ranges: S,
-    rules: &'a Rules<T>,
-    tables: &'a Tables<T>,
-    /// Makes the bounds of an envelope.
-    bound: F,
+    /// How many beams there are before the first of them.
+    before: usize,
+    /// The rules for keys, and those that decide.
+    rules: (&'a Rules<f32>, &'a Rules<T>),
+    bound: B,
     exact: ExactBeams<'a>,
 }
 
-impl<'a, T: Real, S: Source<T>, B: Bound<T>, F: Fn(&'a Envelope<T>) -> B> Kernel for Search<'a, T, S, F> {
-    type Output = Hit;
+/// The least keys of a stretch of blocks, in a cache line.
+#[repr(align(64))]
+struct LeastKeys(Lanes<f32>);
+
+impl<T: Real, S: Source<T>, B: Bound, const STRICT: bool> Kernel for Search<'_, T, S, B, STRICT> {
+    type Output = Option<Hit>;
+    const AVX512: bool = !STRICT;
 
     #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) -> Hit {
-        let (beams, blocks) = ((self.bound)(&self.tables.beams), (self.bound)(&self.tables.blocks));
-        let mut bounds = ArrayVec::<Lanes<T>, BLOCKS>::new();
-        let (mut lowest, mut least_reading) = ([T::INFINITY; LANES], [T::INFINITY; LANES]);
-        for block in 0..self.tables.blocks() {
-            let nearest = self.nearest(simd, block, &mut least_reading);
-            let bound = blocks.below(block * LANES, &nearest);
-            T::keep_least(simd, &mut lowest, &bound);
-            bounds.push(bound);
-        }
-        // A reading of -inf may be a hit at any distance down to 0, and is in no block's bound.
-        let minus_infinity = [T::ZERO - T::INFINITY; LANES];
-        let is_too_close = T::within(simd, &least_reading, &minus_infinity, &minus_infinity) != 0;
-        let mut limit = self.first_limit(simd, &bounds, &lowest, &beams);
-        let mut best = Hit::NONE;
-        for block in 0..bounds.len() {
-            if is_too_close || reaching(simd, &bounds[block], limit) != 0 {
-                (best, limit) = self.decided(simd, block, &beams, (best, limit));
+    fn run<I: Instructions>(self, simd: I) -> Option<Hit> {
+        let blocks = self.bound.blocks(simd);
+        let whole = blocks.end.min(self.ranges.len() / (GROUPS * LANES));
+        let stretch = blocks.len() / (STRETCHES - 1) + 1; // one more stretch is the last block, if it is not whole
+        let mut stretches = ArrayVec::<LeastKeys, STRETCHES>::new();
+        let (mut lowest, mut least_reading) = ([f32::INFINITY; LANES], [f32::INFINITY; LANES]);
+        let (mut keys, mut left) = ([f32::INFINITY; LANES], stretch);
+        for block in blocks.start..whole {
+            let readings: [Lanes<T>; GROUPS] = self.ranges.four_lanes(block * GROUPS * LANES);
+            for group in 0..GROUPS {
+                let readings = each(readings[group], T::to_f32);
+                simd.keep_least_f32(&mut keys, &self.keys(simd, block, group, &readings));
+                simd.keep_least_f32(&mut least_reading, &readings);
+            }
+            left -= 1;
+            if left == 0 || block + 1 == whole {
+                simd.keep_least_f32(&mut lowest, &keys);
+                stretches.push(LeastKeys(keys));
+                (keys, left) = ([f32::INFINITY; LANES], stretch);
             }
         }
-        best
+        if whole < blocks.end {
+            for group in 0..GROUPS {
+                let readings = self.readings(whole, group);
+                simd.keep_least_f32(&mut keys, &self.keys(simd, whole, group, &readings));
+                simd.keep_least_f32(&mut least_reading, &readings);
+            }
+            simd.keep_least_f32(&mut lowest, &keys);
+            stretches.push(LeastKeys(keys));
+        }
+
+        let lowest = least(lowest);
+        if !STRICT && simd.at_most_f32(&least_reading, f32::NEG_INFINITY) != 0 {
+            return None;
+        }
+        if !STRICT && lowest == f32::INFINITY && self.rules.0.is_bounded() {
+            return Some(Hit::NONE);
+        }
+        // In contact the time is 0. The keys of others are below their times by a few roundings, as a rule.
+        let lowest = if lowest > 0.0 { lowest } else { 0.0 };
+        let mut limit = lowest + 4.0 * f32::SLACK * (lowest + 1.0);
+        loop {
+            let mut best = Hit::NONE;
+            let mut reaching = 0_u64;
+            for (at, LeastKeys(keys)) in stretches.iter().enumerate() {
+                reaching |= u64::from(simd.at_most_f32(keys, limit) != 0) << at;
+            }
+            while reaching != 0 {
+                let first = (blocks.start + reaching.trailing_zeros() as usize * stretch).min(whole);
+                reaching &= reaching - 1;
+                for block in first..(first + stretch).min(if first < whole { whole } else { blocks.end }) {
+                    best = self.up_to(simd, block, limit).or(best);
+                }
+            }
+            // Rounding it to `f32` is covered by the slack in the bounds, and underflow by `TINY`.
+            let needed = f32::from_f64(best.ttc * self.bound.scale()) + f32::TINY;
+            if needed <= limit || limit == f32::INFINITY {
+                return Some(best);
+            }
+            if !STRICT && !best.closes() {
+                return None; // the least keys are of readings that do not count
+            }
+            limit = needed;
+        }
     }
 }
 
-impl<T: Real, S: Source<T>, F> Search<'_, T, S, F> {
-    /// Returns the least reading that each lane of a block sees among those that may be valid. The least of all
-    /// readings goes into `lowest`.
+impl<T: Real, S: Source<T>, B: Bound, const STRICT: bool> Search<'_, T, S, B, STRICT> {
+    /// Returns where a group begins.
     #[inline(always)]
-    fn nearest<I: Instructions>(&self, simd: I, block: usize, lowest: &mut Lanes<T>) -> Lanes<T> {
-        let low = self.rules.range_min;
-        let mut nearest = [T::INFINITY; LANES];
-        for group in self.tables.groups(block) {
-            let ranges: Lanes<T> = self.ranges.lanes(start(group, self.ranges.len()));
-            let valid = each(ranges, |range| if range >= low { range } else { T::NAN });
-            T::keep_least(simd, &mut nearest, &valid);
-            T::keep_least(simd, lowest, &ranges);
-        }
-        nearest
+    fn start(&self, block: usize, group: usize) -> usize {
+        start(block * GROUPS + group, self.ranges.len())
     }
 
-    /// Returns a limit from the block with the `lowest` bound, which usually has the answer in it.
+    /// Returns the readings of a group.
     #[inline(always)]
-    fn first_limit<I: Instructions>(
-        &self,
-        simd: I,
-        bounds: &[Lanes<T>],
-        lowest: &Lanes<T>,
-        beams: &impl Bound<T>,
-    ) -> T {
-        let promise = least(*lowest);
-        let lane = T::within(simd, lowest, &[promise; LANES], &[promise; LANES]).trailing_zeros() as usize % LANES;
-        let first = bounds.iter().position(|bound| bound[lane] == promise);
-        let mut above = [T::INFINITY; LANES];
-        for group in first.map_or(0..0, |block| self.tables.groups(block)) {
-            let (at, usable) = self.usable(group);
-            T::keep_least(simd, &mut above, &beams.above(at, &usable));
-        }
-        least(above) + T::TINY
+    fn readings(&self, block: usize, group: usize) -> Lanes<f32> {
+        each(self.ranges.lanes(self.start(block, group)), T::to_f32)
     }
 
-    /// Returns where a group begins, and its usable ranges.
+    /// Returns the keys of a group.
     #[inline(always)]
-    fn usable(&self, group: usize) -> (usize, Lanes<T>) {
-        let rules = *self.rules; // a copy: what lies behind a reference is only read where a lane needs it
-        let at = start(group, self.ranges.len());
-        (at, each(self.ranges.lanes(at), |range| rules.usable(range)))
+    fn keys<I: Instructions>(&self, simd: I, block: usize, group: usize, readings: &Lanes<f32>) -> Lanes<f32> {
+        let rules = *self.rules.0; // a copy: what lies behind a reference is only read where a lane needs it
+        if STRICT {
+            let usable = each(*readings, |reading| rules.usable(reading));
+            return self.bound.below(simd, block, group, &usable, rules.range_min);
+        }
+        self.bound.below(simd, block, group, readings, rules.range_min)
     }
 
-    /// Computes the beams of a block that may still matter, and returns the best so far and the limit.
+    /// Returns the best of the beams of a block with a key up to a limit.
     #[inline(always)]
-    fn decided<I: Instructions>(
-        &self,
-        simd: I,
-        block: usize,
-        beams: &impl Bound<T>,
-        (mut best, mut limit): (Hit, T),
-    ) -> (Hit, T) {
-        for group in self.tables.groups(block) {
-            let (at, usable) = self.usable(group);
-            let left = reaching(simd, &beams.below(at, &usable), limit);
-            if left != 0 {
-                best = self.best_of(simd, at, &usable, left).or(best);
-                // Rounding it to `T` is covered by the slack in the bounds, and underflow by `TINY`.
-                let new = T::from_f64(best.ttc * beams.scale()) + T::TINY;
-                limit = if new < limit { new } else { limit };
-            }
+    fn up_to<I: Instructions>(&self, simd: I, block: usize, limit: f32) -> Hit {
+        let (mut best, mut bits) = (Hit::NONE, 0_u64);
+        for group in 0..GROUPS {
+            let keys = self.keys(simd, block, group, &self.readings(block, group));
+            bits |= u64::from(simd.at_most_f32(&keys, limit)) << (group * LANES);
         }
-        (best, limit)
+        while bits != 0 {
+            let group = bits.trailing_zeros() as usize / LANES;
+            let of_group = u64::from(u16::MAX) << (group * LANES);
+            best = self.best_of(simd, self.start(block, group), bits & of_group).or(best);
+            bits &= !of_group;
+        }
+        best
     }
 
     /// Returns the best of the beams of a group that are `left`. Usually one is; in lanes, all of them cost as much as
     /// a few.
     #[inline(always)]
-    fn best_of<I: Instructions>(&self, simd: I, at: usize, ranges: &Lanes<T>, left: u16) -> Hit {
+    fn best_of<I: Instructions>(&self, simd: I, at: usize, left: u64) -> Hit {
+        let rules = *self.rules.1;
         if left.is_power_of_two() {
-            let lane = left.trailing_zeros() as usize % LANES;
-            return Hit { ttc: self.exact.ttc(at + lane, ranges[lane].to_f64()), index: at + lane };
+            let index = at + left.trailing_zeros() as usize % LANES;
+            let [reading] = self.ranges.lanes(index);
+            let range = if STRICT { rules.usable(reading) } else { rules.ordinary(reading) };
+            let index = self.before + index;
+            return Hit { ttc: self.exact.ttc(index, range.to_f64()), index };
         }
-        let ttc = self.exact.ttc_lanes(at, ranges);
+        let ranges = each(self.ranges.lanes(at), |reading| rules.usable(reading));
+        let ttc = self.exact.ttc_lanes(self.before + at, &ranges);
         let lowest = least(ttc);
         let ties = f64::within(simd, &ttc, &[lowest; LANES], &[lowest; LANES]);
-        Hit { ttc: lowest, index: at + ties.trailing_zeros() as usize }
+        Hit { ttc: lowest, index: self.before + at + ties.trailing_zeros() as usize }
     }
-}
-
-/// Returns a bit for each lane whose bound is not above `limit`.
-#[inline(always)]
-fn reaching<T: Real, I: Instructions>(simd: I, bounds: &Lanes<T>, limit: T) -> u16 {
-    T::within(simd, bounds, &[T::ZERO - T::INFINITY; LANES], &[limit; LANES])
 }
 
 #[cfg(test)]
@@ -223,7 +266,8 @@ mod tests {
     const ODD: [f64; 9] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 0.06, 0.2, 1e30, 3e38];
 
     fn settings() -> impl Strategy<Value = Settings> {
-        let field = (1..700_usize, -4.0..4.0, 0.0..6.3);
+        let beams = prop_oneof![40 => 1..700_usize, 1 => 4000..13_000_usize];
+        let field = (beams, -4.0..4.0, 0.0..6.3);
         let rules = (
             prop::sample::select(vec![0.0, 0.06, 1.0]),
             prop::sample::select(vec![30.0, f64::INFINITY]),
@@ -281,9 +325,8 @@ mod tests {
         for level in Level::all() {
             let scan = ScanTtc::new(settings.clone(), level).expect("the settings make sense");
             let exact = scan.exact(ranges.len(), motion).expect("the motion makes sense");
-            let kernel = T::kernel_tables(&scan);
-            let expected = one_by_one(Column::new(&ranges), &kernel.rules, exact);
-            assert_eq!(first_hit(level, Column::new(&ranges), kernel, exact), expected, "{level}");
+            let expected = one_by_one(Column::new(&ranges), &T::kernel_tables(&scan).rules, exact);
+            assert_eq!(first_hit(Column::new(&ranges), &scan, exact), expected, "{level}");
         }
     }
 

@@ -119,7 +119,7 @@ impl ScanSweptPath {
     ) -> Result<(), Error> {
         let (view, following) = self.view_along(ranges, path, speed)?;
         self.scan.check_outputs(out, status_out.as_deref())?;
-        following.each(view.level, view.beams(ranges), out, status_out);
+        following.each(view.scan.level, view.beams(ranges), out, status_out);
         Ok(())
     }
 
@@ -145,7 +145,7 @@ impl ScanSweptPath {
         let (view, sweep) = self.view(ranges, motion)?;
         self.scan.check_outputs(out, status_out.as_deref())?;
         match ranges.dense() {
-            Some(ranges) => each(view.level, view.beams(ranges), &sweep, out, status_out),
+            Some(ranges) => each(view.scan.level, view.beams(ranges), &sweep, out, status_out),
             None => each(Level::BASELINE, view.beams(ranges), &sweep, out, status_out),
         }
         Ok(())
@@ -195,9 +195,9 @@ impl ScanSweptPath {
     }
 }
 
-impl<T: Real> View<'_, T> {
+impl<T: Range> View<'_, T> {
     fn beams<S: Source<T>>(&self, ranges: S) -> Beams<'_, T, S> {
-        let (KernelTables { tables, rules }, mount) = (self.kernel, self.settings.mount);
+        let (KernelTables { tables, rules }, mount) = (T::kernel_tables(self.scan), self.scan.settings.mount);
         Beams { ranges, tables, rules, exact: self.exact, mount: (mount.x, mount.y) }
     }
 
@@ -211,17 +211,19 @@ impl<T: Real> View<'_, T> {
 
     /// Returns the deciding beam on a path, and whether the vote, if there is one, confirms it.
     fn first_along(&self, following: &Following<'_>) -> (Hit, bool) {
-        match (self.settings.beam_vote, self.ranges.dense()) {
-            (Some(beam_vote), _) => self.elected(beam_vote, following.entering(self.level, self.beams(self.ranges))),
-            (None, Some(ranges)) => (following.least(self.level, self.beams(ranges)), true),
-            (None, None) => (following.least(self.level, self.beams(self.ranges)), true),
+        match (self.scan.settings.beam_vote, self.ranges.dense()) {
+            (Some(beam_vote), _) => {
+                self.elected(beam_vote, following.entering(self.scan.level, self.beams(self.ranges)))
+            }
+            (None, Some(ranges)) => (following.least(self.scan.level, self.beams(ranges)), true),
+            (None, None) => (following.least(self.scan.level, self.beams(self.ranges)), true),
         }
     }
 
     fn first_of<S: Source<T>>(&self, beams: Beams<'_, T, S>, sweep: &Sweep) -> (Hit, bool) {
-        match self.settings.beam_vote {
-            None => (least(self.level, beams, sweep), true),
-            Some(beam_vote) => self.elected(beam_vote, entering(self.level, beams, sweep)),
+        match self.scan.settings.beam_vote {
+            None => (least(self.scan.level, beams, sweep), true),
+            Some(beam_vote) => self.elected(beam_vote, entering(self.scan.level, beams, sweep)),
         }
     }
 }
@@ -253,7 +255,7 @@ impl<T: Real, S: Source<T>> Frame<T> for Beams<'_, T, S> {
     fn lanes(&self, at: usize) -> [Lanes<T>; 2] {
         let whole = at + crate::lanes::LANES <= self.len();
         let ranges: Lanes<T> = if whole { self.ranges.lanes(at) } else { self.ranges.lanes_or(at, T::NAN) };
-        let (cos, sin) = (window(&self.tables.beams.cos, at), window(&self.tables.beams.sin, at));
+        let (cos, sin) = (window(&self.tables.cos, at), window(&self.tables.sin, at));
         let offset = window(&self.tables.offset, at);
         let (x, y) = (T::from_f64(self.mount.0), T::from_f64(self.mount.1));
         let range: Lanes<T> = std::array::from_fn(|lane| {

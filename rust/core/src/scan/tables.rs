@@ -9,6 +9,7 @@ use super::settings::Settings;
 use crate::formula::ttc;
 use crate::lanes::{LANES, Lanes, lanes, padded, window};
 use crate::real::Real;
+use std::array;
 use std::ops::Range;
 
 /// The beams in `f64`.
@@ -95,122 +96,146 @@ pub(crate) struct KernelTables<T> {
 
 impl<T: Real> KernelTables<T> {
     pub(super) fn new(settings: &Settings, beams: &Beams) -> Self {
-        KernelTables { tables: Tables::new(beams, settings.beams), rules: Rules::new(settings) }
+        KernelTables { tables: Tables::new(beams), rules: Rules::new(settings) }
     }
 }
 
 /// The beams in the type of the ranges: what bounds and per-beam results are computed from.
 #[derive(Clone, Debug)]
 pub(crate) struct Tables<T> {
+    /// The cosine of the direction of each beam, rounded to nearest.
+    pub cos: Vec<T>,
+    /// The sine of the direction of each beam, rounded to nearest.
+    pub sin: Vec<T>,
     /// The distance from the sensor to the outline, rounded to nearest; NaN where the beam is ignored.
     pub offset: Vec<T>,
     /// The largest number not above that distance: exactly the ranges up to it are in contact.
     pub offset_below: Vec<T>,
     /// `1 / cos` of each beam, rounded to nearest.
     pub inverse: Vec<T>,
+    /// The number of beams that are not ignored.
+    pub looking: u32,
     /// The least and the largest `cos` of each group.
     pub extremes: Vec<(T, T)>,
-    /// Bounds of every beam by itself.
-    pub beams: Envelope<T>,
-    /// Bounds of the beams that each lane of each block sees.
-    pub blocks: Envelope<T>,
-    /// How many groups of lanes there are.
-    groups: usize,
-    /// How many groups are in a block.
-    block: usize,
 }
 
-/// What no beam of a set exceeds, for one set after the other: each beam, or the beams that one lane of a block sees.
+/// The beams in `f32`, in blocks of four groups: what the search reads.
 #[derive(Clone, Debug)]
-pub(crate) struct Envelope<T> {
-    /// The cosine of the direction in the middle.
-    pub cos: Vec<T>,
-    /// The sine of the direction in the middle.
-    pub sin: Vec<T>,
-    /// No direction is farther from the middle than this, in any set.
-    pub spread: T,
-    /// A number that is not below the true offsets, so that a range less it is not above the true clearance; NaN
-    /// without beams.
-    pub offset: Vec<T>,
-    /// A number that is not above `1 / cos` of any beam that closes when driving forward; NaN without one.
-    pub inverse_forward: Vec<T>,
-    /// A number that is not above `1 / -cos` of any beam that closes when reversing; NaN without one.
-    pub inverse_reverse: Vec<T>,
+pub(crate) struct Blocks {
+    /// The cosine of the direction, rounded to nearest.
+    pub cos: Vec<Block>,
+    /// The sine of the direction, rounded to nearest.
+    pub sin: Vec<Block>,
+    /// A number above the offset by more than all roundings, so that a range less it is not above the true clearance;
+    /// NaN where the beam is ignored.
+    pub offset: Vec<Block>,
+    /// The cosine and the sine in the middle of each block, for 16 blocks at a time.
+    pub middle: Vec<[Lanes<f32>; 2]>,
+    /// No direction is farther from the middle of its block than this.
+    pub spread: f32,
+    /// The beams that close when driving forward.
+    pub forward: Ahead,
+    /// The beams that close when reversing.
+    pub reverse: Ahead,
 }
 
-/// The largest number of blocks; the bounds of all of them fit on the stack.
-pub(super) const BLOCKS: usize = 128;
+/// The beams that close when the sensor moves along the vehicle's x axis, and whatever is between them.
+#[derive(Clone, Debug)]
+pub(crate) struct Ahead {
+    pub beams: Range<usize>,
+    /// A number below `1 / |cos|` by more than all roundings; NaN where the beam does not close.
+    pub inverse: Vec<Block>,
+    /// A number above the offset times `1 / |cos|` by more than all roundings; NaN where the beam is ignored.
+    pub inside: Vec<Block>,
+}
 
-/// Where a group begins. The last group overlaps the one before it rather than be a short one: seeing a beam twice
-/// does no harm, and short loads are slow.
+/// How many groups are in a block.
+pub(super) const GROUPS: usize = 4;
+
+/// A number for each beam of a block, in whole cache lines: reading two at once takes twice as long.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct Block(pub [Lanes<f32>; GROUPS]);
+
+/// Where a group begins. The last group overlaps the one before it rather than be a short one, and is there again until
+/// its block is full: seeing a beam twice does no harm, and short loads are slow.
 #[inline(always)]
 pub(super) fn start(group: usize, beams: usize) -> usize {
     (group * LANES).min(beams - LANES)
 }
 
 impl<T: Real> Tables<T> {
-    pub(super) fn new(beams: &Beams, count: usize) -> Self {
-        let groups = count.div_ceil(LANES);
-        // Every block is looked at, and then the groups of one or two: this many cost the least.
-        let block = (groups / 4).isqrt().max(1).max(groups.div_ceil(BLOCKS));
-        let seen = (0..groups.div_ceil(block) * LANES).map(|lane| {
-            let (first, lane) = (lane / LANES * block, lane % LANES);
-            (first..groups.min(first + block)).map(move |group| start(group, count.max(LANES)) + lane)
-        });
+    pub(super) fn new(beams: &Beams) -> Self {
         Tables {
+            cos: table(&beams.cos, T::from_f64),
+            sin: table(&beams.sin, T::from_f64),
             offset: table(&beams.offset, T::from_f64),
             offset_below: table(&beams.offset, T::not_above),
             inverse: table(&beams.cos, |cos| T::from_f64(1.0 / cos)),
-            extremes: beams.cos.chunks_exact(LANES).map(extremes).collect(),
-            beams: Envelope::new(beams, (0..beams.offset.len()).map(std::iter::once)),
-            blocks: Envelope::new(beams, seen),
-            groups,
-            block,
+            looking: beams.offset.iter().map(|offset| u32::from(!offset.is_nan())).sum(),
+            extremes: beams.cos.chunks_exact(LANES).map(|cos| extremes(cos.iter().copied())).collect(),
         }
-    }
-
-    /// How many blocks there are.
-    #[inline(always)]
-    pub(super) fn blocks(&self) -> usize {
-        self.blocks.offset.len() / LANES
-    }
-
-    /// The groups of a block.
-    #[inline(always)]
-    pub(super) fn groups(&self, block: usize) -> Range<usize> {
-        block * self.block..self.groups.min((block + 1) * self.block)
     }
 }
 
-impl<T: Real> Envelope<T> {
-    fn new<S: Iterator<Item = usize> + Clone>(beams: &Beams, sets: impl Iterator<Item = S>) -> Self {
-        let slack = T::SLACK.to_f64();
-        let inverse = |cos: f64| if cos > 0.0 { T::from_f64((1.0 - slack) / cos) } else { T::NAN };
-        let mut envelope = Envelope {
-            cos: vec![],
-            sin: vec![],
-            spread: T::ZERO,
-            offset: vec![],
-            inverse_forward: vec![],
-            inverse_reverse: vec![],
+impl Blocks {
+    pub(super) fn new(beams: &Beams, count: usize) -> Self {
+        let all = 0..count;
+        let (cos, sin) = (blocks(&all, |beam| beams.cos[beam]), blocks(&all, |beam| beams.sin[beam]));
+        let middle_of = |Block(block): &Block| {
+            let (low, high): (f32, f32) =
+                extremes(block.as_flattened().iter().map(|x| x.to_f64()).filter(|x| !x.is_nan()));
+            low.midpoint(high)
         };
-        let mut spread = 0.0_f64;
-        for set in sets {
-            let counts = set.filter(|beam| !beams.ignores(*beam));
-            let highest = |values: &[f64]| counts.clone().map(|beam| values[beam]).fold(f64::NAN, f64::max);
-            let lowest = |values: &[f64]| counts.clone().map(|beam| values[beam]).fold(f64::NAN, f64::min);
-            let middle = |values: &[f64]| lowest(values).midpoint(highest(values));
-            let (cos, sin) = (middle(&beams.cos), middle(&beams.sin));
-            let away = counts.clone().map(|beam| (beams.cos[beam] - cos).hypot(beams.sin[beam] - sin));
-            spread = away.fold(spread, f64::max);
-            envelope.cos.push(T::from_f64(cos));
-            envelope.sin.push(T::from_f64(sin));
-            envelope.offset.push(T::not_below(highest(&beams.offset) * (1.0 + slack)));
-            envelope.inverse_forward.push(inverse(highest(&beams.cos)));
-            envelope.inverse_reverse.push(inverse(-lowest(&beams.cos)));
+        let middles = cos.iter().zip(&sin).map(|(cos, sin)| [middle_of(cos), middle_of(sin)]).collect::<Vec<_>>();
+        let away =
+            |beam: usize, [cos, sin]: [f32; 2]| (beams.cos[beam] - cos.to_f64()).hypot(beams.sin[beam] - sin.to_f64());
+        let block_of = |beam: usize| middles[beam / (GROUPS * LANES)];
+        // The last groups of the last block may be beams of the block before it.
+        let near_the_end =
+            (count.saturating_sub(GROUPS * LANES)..count).map(|beam| away(beam, middles[middles.len() - 1]));
+        let spread = all.clone().map(|beam| away(beam, block_of(beam))).chain(near_the_end).fold(0.0, f64::max);
+        let middle =
+            |part: usize, group: &[[f32; 2]]| lanes(|lane| group.get(lane).map_or(f32::NAN, |middle| middle[part]));
+        Blocks {
+            cos,
+            sin,
+            offset: blocks(&all, |beam| beams.offset[beam] * (1.0 + slack())),
+            middle: middles.chunks(LANES).map(|group| [middle(0, group), middle(1, group)]).collect(),
+            spread: f32::not_below(spread),
+            forward: Ahead::new(beams, count, 1.0),
+            reverse: Ahead::new(beams, count, -1.0),
         }
-        Envelope { spread: T::not_below(spread * (1.0 + slack)), ..envelope }
     }
+}
+
+impl Ahead {
+    fn new(beams: &Beams, count: usize, direction: f64) -> Self {
+        let inverse = |beam: usize| 1.0 / (direction * beams.cos[beam]);
+        let closing = |beam: &usize| direction * beams.cos[*beam] > 0.0 && !beams.ignores(*beam);
+        let first = (0..count).find(closing).unwrap_or(count).min(count.saturating_sub(LANES));
+        let end = (0..count).rfind(closing).map_or(0, |last| last + 1).max((first + LANES).min(count));
+        let within = first..end;
+        let largest = f32::MAX.to_f64();
+        Ahead {
+            inverse: blocks(&within, |beam| if closing(&beam) { inverse(beam) * (1.0 - slack()) } else { f64::NAN }),
+            inside: blocks(&within, |beam| (beams.offset[beam] * inverse(beam).abs() * (1.0 + slack())).min(largest)),
+            beams: within,
+        }
+    }
+}
+
+fn slack() -> f64 {
+    f32::SLACK.to_f64()
+}
+
+/// A number for each of some beams, in blocks. The last groups begin where they end with the last beam, and lanes
+/// without a beam are NaN.
+fn blocks(beams: &Range<usize>, f: impl Fn(usize) -> f64) -> Vec<Block> {
+    let count = beams.len().max(LANES);
+    let number = |beam: usize| if beam < beams.end { f32::from_f64(f(beam)) } else { f32::NAN };
+    let group = |group: usize| lanes(|lane| number(beams.start + start(group, count) + lane));
+    (0..count.div_ceil(GROUPS * LANES)).map(|block| Block(array::from_fn(|i| group(block * GROUPS + i)))).collect()
 }
 
 fn table<T>(exact: &[f64], f: impl Fn(f64) -> T) -> Vec<T> {
@@ -218,9 +243,8 @@ fn table<T>(exact: &[f64], f: impl Fn(f64) -> T) -> Vec<T> {
 }
 
 /// The least and the largest of some numbers; rounding keeps their order.
-fn extremes<T: Real>(values: &[f64]) -> (T, T) {
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+fn extremes<T: Real>(values: impl Iterator<Item = f64>) -> (T, T) {
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     (T::from_f64(low), T::from_f64(high))
 }
