@@ -68,3 +68,36 @@ pub(crate) fn padded<T: Copy>(table: impl ExactSizeIterator<Item = T>, fill: T) 
     let padding = table.len().next_multiple_of(LANES) - table.len();
     table.chain(std::iter::repeat_n(fill, padding)).collect()
 }
+
+/// Tables of one length, all 0 at first, that begin where cache lines do: where lanes cross lines, stores take twice as
+/// long.
+pub(crate) struct Tables {
+    numbers: Vec<f64>,
+    /// The first number that counts.
+    start: usize,
+    len: usize,
+}
+
+impl Tables {
+    /// Makes `count` tables of `len` numbers, a whole number of groups of lanes.
+    pub(crate) fn new(count: usize, len: usize) -> Self {
+        const LINE: usize = 64;
+        let numbers = vec![0.0; count * len + LINE / size_of::<f64>()];
+        let start = numbers.as_ptr().align_offset(LINE);
+        Tables { numbers, start, len }
+    }
+
+    /// The tables, to be read.
+    #[inline(always)]
+    pub(crate) fn read<const N: usize>(&self) -> [&[f64]; N] {
+        let mut tables = self.numbers[self.start..].chunks_exact(self.len);
+        std::array::from_fn(|_| tables.next().expect("as many were made"))
+    }
+
+    /// The tables, to be written.
+    #[inline(always)]
+    pub(crate) fn write<const N: usize>(&mut self) -> [&mut [f64]; N] {
+        let mut tables = self.numbers[self.start..].chunks_exact_mut(self.len);
+        std::array::from_fn(|_| tables.next().expect("as many were made"))
+    }
+}

@@ -25,7 +25,7 @@ pub fn trend(sightings: &[Sighting], range_noise: f64, level: Level) -> Option<T
     let time: Vec<f64> = sightings.iter().map(|sighting| sighting.stamp - last).collect();
     let observed = CellObservations::new(sightings);
     let weights = level.run(IrlsWeights { observed: &observed, range_noise });
-    let (positions, covariance) = level.run(Positions { weights, width: observed.width });
+    let (positions, covariance) = level.run(Positions(weights));
     let now = estimate(&time, &positions, &covariance, 1.0, level);
     let mut edges: Vec<f64> =
         sightings.iter().zip(&positions).map(|(sighting, position)| sighting.edge - position).collect();
@@ -34,55 +34,39 @@ pub fn trend(sightings: &[Sighting], range_noise: f64, level: Level) -> Option<T
 
 /// The weight of a frame whose cells say nothing, in points: its position is unknown, but not infinitely so.
 const LEAST_WEIGHT: f64 = 1e-6;
-/// A weight below any that matters, against division by 0.
-const NOTHING: f64 = 1e-12;
-
 /// Finds the position of the body in each frame, m, and the covariance of all by rows, m^2.
 ///
 /// It is the two-way least squares of frames and cells, with the cells eliminated: what is left are as many equations
 /// as there are frames. They say nothing about a common shift, so the weighted mean of the positions is taken to be 0.
-struct Positions {
-    weights: Weights,
-    /// The length of a row.
-    width: usize,
-}
+struct Positions(Weights);
 
 impl Kernel for Positions {
     type Output = (Vec<f64>, Vec<f64>);
 
     #[inline(always)]
     fn run<I: Instructions>(self, _simd: I) -> Self::Output {
-        let Positions { weights: Weights { weight, x, noise, doubt }, width } = self;
-        let rows = || weight.chunks_exact(width).zip(x.chunks_exact(width));
-        let n = rows().len();
-        let (mut mean, mut total, mut share) = (vec![0.0; width], vec![NOTHING; width], vec![0.0; width]);
-        for (weight, x) in rows() {
-            for (((mean, total), weight), x) in mean.iter_mut().zip(&mut total).zip(weight).zip(x) {
-                *mean += weight * x;
-                *total += weight;
-            }
-        }
-        let mut by = total;
-        for by in &mut by {
-            *by = 1.0 / *by;
-        }
-        mean.iter_mut().zip(&by).for_each(|(sum, by)| *sum *= by);
+        let Positions(Weights { weight_x, mut positions, mut surface_total, noise, doubt }) = self;
+        let ([weight, x], [surface, total, share, ..]) = (weight_x.read(), surface_total.write::<3>());
+        let n = positions.len();
+        let width = total.len();
+        let rows = || weight.chunks_exact(width);
+        total.iter_mut().for_each(|total| *total = 1.0 / *total);
         let (mut right, mut of_frame) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let mut normal = vec![0.0; n * n];
-        for (frame, (weight, x)) in rows().enumerate() {
-            share.iter_mut().zip(weight).zip(&by).for_each(|((share, weight), by)| *share = weight * by);
-            let (mut from_mean, mut all) = ([0.0; LANES], [0.0; LANES]);
-            for ((weight, x), mean) in groups(weight).iter().zip(groups(x)).zip(groups(&mean)) {
+        for (frame, ((weight, x), position)) in rows().zip(x.chunks_exact(width)).zip(&positions).enumerate() {
+            share.iter_mut().zip(weight).zip(&*total).for_each(|((share, weight), by)| *share = weight * by);
+            let (mut apart, mut all) = ([0.0; LANES], [0.0; LANES]);
+            for ((weight, x), surface) in groups(weight).iter().zip(groups(x)).zip(groups(surface)) {
                 for lane in 0..LANES {
-                    from_mean[lane] += weight[lane] * (x[lane] - mean[lane]);
+                    apart[lane] += weight[lane] * (x[lane] - surface[lane] - position);
                     all[lane] += weight[lane];
                 }
             }
-            right.push(sum(from_mean));
+            right.push(sum(apart));
             of_frame.push(LEAST_WEIGHT + sum(all));
-            for (other, (weight, _)) in rows().take(frame + 1).enumerate() {
+            for (other, weight) in rows().take(frame + 1).enumerate() {
                 let mut both = [0.0; LANES];
-                for (share, weight) in groups(&share).iter().zip(groups(weight)) {
+                for (share, weight) in groups(share).iter().zip(groups(weight)) {
                     for lane in 0..LANES {
                         both[lane] += share[lane] * weight[lane];
                     }
@@ -92,13 +76,19 @@ impl Kernel for Positions {
             }
         }
         let all: f64 = of_frame.iter().sum();
+        let mean = positions.iter().zip(&of_frame).map(|(position, weight)| position * weight).sum::<f64>() / all;
+        for (position, right) in positions.iter_mut().zip(&mut right) {
+            *position -= mean;
+            *right -= LEAST_WEIGHT * *position;
+        }
         for (frame, row) in normal.chunks_exact_mut(n).enumerate() {
             row.iter_mut().zip(&of_frame).for_each(|(entry, weight)| *entry += of_frame[frame] * weight / all);
             row[frame] += of_frame[frame];
         }
         invert(&mut normal, n);
-        let position = |row: &[f64]| row.iter().zip(&right).map(|(a, b)| a * b).sum();
-        let positions = normal.chunks_exact(n).map(position).collect();
+        for (position, row) in positions.iter_mut().zip(normal.chunks_exact(n)) {
+            *position += row.iter().zip(&right).map(|(a, b)| a * b).sum::<f64>();
+        }
         for entry in &mut normal {
             *entry *= noise;
         }

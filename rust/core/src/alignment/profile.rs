@@ -59,10 +59,13 @@ pub struct Profile {
     pub cells: Vec<Cell>,
 }
 
+/// The column and the level of a cell.
+pub(super) type Place = (i32, i32);
+
 /// A point of the body, and the cell it is in.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Placed {
-    place: u32,
+    place: Place,
     x: f64,
     z: f64,
 }
@@ -77,33 +80,41 @@ impl Profile {
     pub(crate) fn new(body: impl Iterator<Item = [f64; 3]>, settings: &Alignment) -> Self {
         let mut placed = Vec::with_capacity(body.size_hint().1.unwrap_or(0));
         placed.extend(body.map(|[x, y, z]| Placed { place: place(y, z, settings.cell), x, z }));
-        // Numbers sort faster than points.
-        let key = |(i, point): (usize, &Placed)| u64::from(point.place) << 32 | i as u64;
-        let mut keys: Vec<u64> = placed.iter().enumerate().map(key).collect();
-        keys.sort_unstable();
-        #[allow(clippy::cast_possible_truncation, reason = "the lower half is the number of a point")]
-        let placed: Vec<Placed> = keys.into_iter().map(|key| placed[key as u32 as usize]).collect();
-        let mut scratch = Vec::new();
+        let slots = Slots::new(placed.iter().map(|point| point.place));
+        let slot: Vec<usize> = placed.iter().map(|point| slots.of(point.place)).collect();
+        let mut ends = vec![0; slots.len()];
+        slot.iter().for_each(|slot| ends[*slot] += 1);
+        let mut before = 0;
+        for end in &mut ends {
+            before += std::mem::replace(end, before);
+        }
+        let mut sorted = vec![Placed::default(); placed.len()];
+        for (slot, point) in slot.into_iter().zip(placed) {
+            sorted[ends[slot]] = point;
+            ends[slot] += 1;
+        }
+        let (mut scratch, mut start) = (Vec::new(), 0);
         let farthest = FARTHEST_FROM_MEDIAN * settings.range_noise;
-        let cells = placed.chunk_by(|one, other| one.place == other.place).map(|points| {
+        let cells = ends.into_iter().filter_map(|end| {
+            let points = &sorted[std::mem::replace(&mut start, end)..end];
             scratch.clear();
             scratch.extend(points.iter().map(|point| point.x));
-            sum_up(points, median(&mut scratch), farthest)
+            (!points.is_empty()).then(|| sum_up(points, median(&mut scratch), farthest))
         });
         Profile { cells: cells.collect() }
     }
 }
 
-/// Column and level in one number that orders them.
-fn place(y: f64, z: f64, [width, height]: [f64; 2]) -> u32 {
+/// The cell of a point.
+fn place(y: f64, z: f64, [width, height]: [f64; 2]) -> Place {
     let number = |at: f64| {
         let at = at.clamp(-f64::from(FARTHEST), f64::from(FARTHEST));
         #[allow(clippy::cast_possible_truncation, reason = "clamped")]
         let towards_0 = at as i32;
         // `floor` is a call where a processor may lack the instruction.
-        (towards_0 - i32::from(f64::from(towards_0) > at) + FARTHEST).cast_unsigned()
+        towards_0 - i32::from(f64::from(towards_0) > at)
     };
-    number(y / width) << 16 | number(z / height)
+    (number(y / width), number(z / height))
 }
 
 /// A cell from its points. Of two points far apart neither is the majority, so both count.
@@ -116,9 +127,68 @@ fn sum_up(points: &[Placed], median: f64, farthest: f64) -> Cell {
         x += point.x;
         z += point.z;
     }
-    let number = |place: u32| place.cast_signed() - FARTHEST;
-    let place = points[0].place;
-    Cell { column: number(place >> 16), level: number(place & 0xffff), count, x: x / count, z: z / count }
+    let (column, level) = points[0].place;
+    Cell { column, level, count, x: x / count, z: z / count }
+}
+
+/// Numbers for all of some places, in the order of columns and upwards in each.
+pub(super) struct Slots {
+    /// The first column.
+    first: i32,
+    /// The lowest level.
+    pub lowest: i32,
+    columns: usize,
+    pub levels: usize,
+    /// The places in order, where they are too far apart for a number for each place in between.
+    sparse: Vec<Place>,
+}
+
+/// The most numbers for each place.
+const DENSE: usize = 4;
+/// The numbers that are few, however few places there are.
+const FEW: usize = 64;
+
+impl Slots {
+    pub fn new(places: impl Iterator<Item = Place> + Clone) -> Self {
+        let (mut least, mut most, mut count) = ([i32::MAX; 2], [i32::MIN; 2], 0);
+        places.clone().for_each(|(column, level)| {
+            least = [least[0].min(column), least[1].min(level)];
+            most = [most[0].max(column), most[1].max(level)];
+            count += 1;
+        });
+        let size = |i: usize| if least[i] > most[i] { 0 } else { most[i].abs_diff(least[i]) as usize + 1 };
+        let (columns, levels) = (size(0), size(1));
+        let mut sparse = Vec::new();
+        if columns * levels > FEW + DENSE * count {
+            sparse.extend(places);
+            sparse.sort_unstable();
+            sparse.dedup();
+        }
+        Slots { first: least[0], lowest: least[1], columns, levels, sparse }
+    }
+
+    pub fn len(&self) -> usize {
+        if self.sparse.is_empty() { self.columns * self.levels } else { self.sparse.len() }
+    }
+
+    /// The place of a number.
+    pub fn place(&self, slot: usize) -> Place {
+        let from = |least: i32, above: usize| least.saturating_add_unsigned(u32::try_from(above).unwrap_or(u32::MAX));
+        match self.sparse.get(slot) {
+            Some(place) => *place,
+            None => (from(self.first, slot / self.levels), from(self.lowest, slot % self.levels)),
+        }
+    }
+
+    /// The number of one of the places.
+    #[inline(always)]
+    pub fn of(&self, (column, level): Place) -> usize {
+        if self.sparse.is_empty() {
+            column.abs_diff(self.first) as usize * self.levels + level.abs_diff(self.lowest) as usize
+        } else {
+            self.sparse.partition_point(|place| *place < (column, level))
+        }
+    }
 }
 
 /// A body in one frame: its stamp, its edge and its profile.

@@ -7,8 +7,8 @@
 //! The observations are a table with a row for each frame and a column for each cell, 0 where a frame does not show a
 //! cell. So nearly all of the work are loops along rows, which become lanes.
 
-use super::profile::{Cell, Profile, Sighting};
-use crate::lanes::{LANES, groups, sum};
+use super::profile::{Cell, Place, Sighting, Slots};
+use crate::lanes::{LANES, Tables, groups, sum};
 use crate::real::median;
 use crate::simd::{Instructions, Kernel};
 
@@ -16,22 +16,18 @@ use crate::simd::{Instructions, Kernel};
 /// time.
 const EDGE: f64 = 0.04;
 
-/// What the cells of all frames show side by side. The last cell is the edge of the body.
+/// What the cells of all frames show: one by one, and side by side in tables. The last cell is the edge of the body.
 ///
 /// Tables hold row after row, and rows are padded to whole groups of lanes.
 pub(super) struct CellObservations {
     /// The length of a row.
     pub width: usize,
-    /// The number of points behind each observation; 0 where there is none.
-    count: Vec<f64>,
-    /// The mean distance of each, m.
-    seen: Vec<f64>,
-    /// The mean height of each above that of its cell, m.
-    rise: Vec<f64>,
-    /// The cell of each observation, frame after frame, that of the edge last in each.
-    cell: Vec<usize>,
+    /// The observations that are there, frame after frame, that of the edge last in each.
+    shown: Vec<Observation>,
     /// The first observation of each frame, and the end of the last.
     starts: Vec<usize>,
+    /// The number of points behind each, 0 where there is none, their mean distance and their mean height, m.
+    count_x_z: Tables,
     /// The level of each cell but the edge, above the lowest.
     level: Vec<usize>,
     /// The number of levels.
@@ -40,63 +36,56 @@ pub(super) struct CellObservations {
     steps: Vec<Step>,
 }
 
-/// The number of no cell.
-const NONE: usize = usize::MAX;
+/// A cell in a frame.
+struct Observation {
+    cell: usize,
+    /// The number of points behind it.
+    count: f64,
+    /// Their mean distance, m.
+    x: f64,
+}
 
 impl CellObservations {
     /// Numbers the cells that more than one frame shows; others say nothing about motion.
     pub fn new(sightings: &[Sighting]) -> Self {
-        let slots = Slots::new(sightings);
-        let mut shown = vec![0_u8; slots.len()];
-        for cell in cells(sightings) {
-            shown[slots.of(cell.column, cell.level)] += 1; // of at most 16 frames
-        }
-        let (mut number, mut places) = (vec![NONE; slots.len()], Vec::new());
-        for (slot, number) in number.iter_mut().enumerate().filter(|(slot, _)| shown[*slot] > 1) {
+        let cells = || sightings.iter().flat_map(|sighting| &sighting.profile.cells);
+        let slots = Slots::new(cells().map(|cell| (cell.column, cell.level)));
+        let mut seen_in = vec![0_u8; slots.len()]; // at most 16 frames
+        cells().for_each(|cell| seen_in[slots.of((cell.column, cell.level))] += 1);
+        let (mut number, mut places) = (vec![0; slots.len()], Vec::with_capacity(slots.len()));
+        for (slot, number) in number.iter_mut().enumerate().filter(|(slot, _)| seen_in[*slot] > 1) {
             *number = places.len();
             places.push(slots.place(slot));
         }
-        let edge = places.len();
+        let (frames, edge) = (sightings.len(), places.len());
         let width = (edge + 1).next_multiple_of(LANES);
-        let [mut count, mut seen, mut rise] = std::array::from_fn(|_| vec![0.0; sightings.len() * width]);
-        let (mut cell, mut starts) = (Vec::with_capacity(cells(sightings).count() + sightings.len()), vec![0]);
+        let mut count_x_z = Tables::new(3, frames * width);
+        let [count, seen, z] = count_x_z.write();
+        let (mut shown, mut starts) = (Vec::with_capacity(cells().count() + frames), vec![0]);
         for (frame, Sighting { edge: nearest, profile, .. }) in sightings.iter().enumerate() {
-            let [count, seen, rise] =
-                [&mut count, &mut seen, &mut rise].map(|table| &mut table[frame * width..][..width]);
-            for &Cell { column, level, count: some, x, z } in &profile.cells {
-                let number = number[slots.of(column, level)];
-                if number < edge {
-                    (count[number], seen[number], rise[number]) = (some, x, z);
-                    cell.push(number);
+            let mut show = |cell: usize, points: f64, x: f64, height: f64| {
+                shown.push(Observation { cell, count: points, x });
+                let at = frame * width + cell;
+                (count[at], seen[at], z[at]) = (points, x, height);
+            };
+            for &Cell { column, level, count, x, z } in &profile.cells {
+                let slot = slots.of((column, level));
+                if seen_in[slot] > 1 {
+                    show(number[slot], count, x, z);
                 }
             }
-            (count[edge], seen[edge]) = (EDGE, *nearest);
-            cell.push(edge);
-            starts.push(cell.len());
-        }
-        let (mut points, mut height) = (vec![NOTHING; width], vec![0.0; width]);
-        for (count, z) in count.chunks_exact(width).zip(rise.chunks_exact(width)) {
-            for (((points, height), count), z) in points.iter_mut().zip(&mut height).zip(count).zip(z) {
-                *points += count;
-                *height += count * z;
-            }
-        }
-        height.iter_mut().zip(&points).for_each(|(sum, points)| *sum /= points);
-        for row in rise.chunks_exact_mut(width) {
-            row.iter_mut().zip(&height).for_each(|(z, height)| *z -= height);
+            show(edge, EDGE, *nearest, 0.0);
+            starts.push(shown.len());
         }
         let above_lowest = |level: i32| level.abs_diff(slots.lowest) as usize;
         let level = places.iter().map(|(_, level)| above_lowest(*level)).collect();
-        let step = |(cell, pair): (usize, &[(i32, i32)])| {
+        let step = |(cell, pair): (usize, &[Place])| {
             let [(column, lower), (other, upper)] = [pair[0], pair[1]];
-            (column == other && upper - lower <= REACH).then(|| Step {
-                cell,
-                levels: [lower, upper].map(above_lowest),
-                rise: (height[cell + 1] - height[cell]).max(0.01),
-            })
+            let levels = [lower, upper].map(above_lowest);
+            (column == other && upper - lower <= REACH).then_some(Step { cell, levels })
         };
         let steps = places.windows(2).enumerate().filter_map(step).collect();
-        CellObservations { width, count, seen, rise, cell, starts, level, levels: slots.levels, steps }
+        CellObservations { width, shown, starts, count_x_z, level, levels: slots.levels, steps }
     }
 
     /// The number of frames.
@@ -104,72 +93,12 @@ impl CellObservations {
         self.starts.len() - 1
     }
 
-    /// The cells that each frame shows.
+    /// The observations of each frame.
     #[inline(always)]
-    fn shown(&self) -> impl Iterator<Item = &[usize]> {
-        self.starts.windows(2).map(|pair| &self.cell[pair[0]..pair[1]])
+    fn by_frame(&self) -> impl Iterator<Item = &[Observation]> {
+        self.starts.windows(2).map(|pair| &self.shown[pair[0]..pair[1]])
     }
 }
-
-fn cells(sightings: &[Sighting]) -> impl Iterator<Item = &Cell> {
-    sightings.iter().flat_map(|Sighting { profile: Profile { cells }, .. }| cells)
-}
-
-/// Numbers for all places that sightings show, in the order of columns and upwards in each.
-struct Slots {
-    /// The first column.
-    first: i32,
-    /// The lowest level.
-    lowest: i32,
-    columns: usize,
-    levels: usize,
-    /// The places in order, where they are too far apart for a number for each place in between.
-    sparse: Vec<(i32, i32)>,
-}
-
-impl Slots {
-    fn new(sightings: &[Sighting]) -> Self {
-        let (mut least, mut most) = ([i32::MAX; 2], [i32::MIN; 2]);
-        for Cell { column, level, .. } in cells(sightings) {
-            least = [least[0].min(*column), least[1].min(*level)];
-            most = [most[0].max(*column), most[1].max(*level)];
-        }
-        let size = |i: usize| if least[i] > most[i] { 0 } else { most[i].abs_diff(least[i]) as usize + 1 };
-        let (columns, levels) = (size(0), size(1));
-        let mut sparse = Vec::new();
-        if columns * levels > DENSE * (LANES + cells(sightings).count()) {
-            sparse.extend(cells(sightings).map(|cell| (cell.column, cell.level)));
-            sparse.sort_unstable();
-            sparse.dedup();
-        }
-        Slots { first: least[0], lowest: least[1], columns, levels, sparse }
-    }
-
-    fn len(&self) -> usize {
-        if self.sparse.is_empty() { self.columns * self.levels } else { self.sparse.len() }
-    }
-
-    /// The column and the level of a number.
-    fn place(&self, slot: usize) -> (i32, i32) {
-        let from = |least: i32, above: usize| least.saturating_add_unsigned(u32::try_from(above).unwrap_or(u32::MAX));
-        match self.sparse.get(slot) {
-            Some(place) => *place,
-            None => (from(self.first, slot / self.levels), from(self.lowest, slot % self.levels)),
-        }
-    }
-
-    #[inline(always)]
-    fn of(&self, column: i32, level: i32) -> usize {
-        if self.sparse.is_empty() {
-            column.abs_diff(self.first) as usize * self.levels + level.abs_diff(self.lowest) as usize
-        } else {
-            self.sparse.partition_point(|place| *place < (column, level))
-        }
-    }
-}
-
-/// The most places for each cell that is shown.
-const DENSE: usize = 4;
 
 /// The rounds in which weights are computed again.
 const ROUNDS: usize = 3;
@@ -188,10 +117,12 @@ const NOTHING: f64 = 1e-12;
 
 /// The weights of the observations, and what they imply.
 pub(super) struct Weights {
-    /// The weight of each observation.
-    pub weight: Vec<f64>,
-    /// The distance of each with the slope of the surface taken out, m.
-    pub x: Vec<f64>,
+    /// The weight of each observation, and its distance with the slope of the surface taken out, m.
+    pub weight_x: Tables,
+    /// The position of the body in each frame, m, by the weights of the last round but one.
+    pub positions: Vec<f64>,
+    /// The surface at each cell as these positions put it, m, and the weight of the cell, never 0.
+    pub surface_total: Tables,
     /// The variance of a point, m^2.
     pub noise: f64,
     /// The variance of each frame because its cells contradict each other, m^2; 0 where they agree.
@@ -210,80 +141,110 @@ impl Kernel for IrlsWeights<'_> {
     #[inline(always)]
     fn run<I: Instructions>(self, _simd: I) -> Weights {
         let IrlsWeights { observed, range_noise } = self;
-        let CellObservations { width, ref count, ref seen, ref rise, ref cell, .. } = *observed;
+        let CellObservations { width, ref shown, ref count_x_z, .. } = *observed;
+        let [count, seen, z] = count_x_z.read();
         let (mut positions, doubt) = first_positions(observed, FAR * range_noise);
-        let (mut weight, mut x, mut noise) = (count.clone(), seen.clone(), range_noise * range_noise);
-        let [mut surface, mut total, mut slope] = std::array::from_fn(|_| vec![0.0; width]);
-        let (mut residual, mut residuals) = (vec![0.0; count.len()], Vec::with_capacity(cell.len()));
-        let free = cell.len().saturating_sub(observed.level.len() + observed.frames()).max(1) as f64;
+        let (mut weight_x, mut surface_total) = (Tables::new(2, count.len()), Tables::new(6, width));
+        let [weight, x] = weight_x.write();
+        x.copy_from_slice(seen);
+        let [surface, total, before, slope, height, residual] = surface_total.write();
+        total.fill(NOTHING);
+        for (count, z) in count.chunks_exact(width).zip(z.chunks_exact(width)) {
+            for (((total, height), count), z) in total.iter_mut().zip(&mut *height).zip(count).zip(z) {
+                *total += count;
+                *height += count * z;
+            }
+        }
+        height.iter_mut().zip(&*total).for_each(|(sum, points)| *sum /= points);
+        let free = shown.len().saturating_sub(observed.level.len() + observed.frames()).max(1) as f64;
+        let (mut noise, mut by) = (range_noise * range_noise, 0.0);
         let mut middle = noise / (NORMAL * NORMAL);
-        for _ in 0..ROUNDS {
+        let mut near = vec![0.0; shown.len() + 1];
+        for round in 0..=ROUNDS {
+            // Weights by the residuals of the round before, and the surface that they imply.
+            before.copy_from_slice(surface);
             surface.fill(0.0);
             total.fill(NOTHING);
-            for ((weight, x), position) in weight.chunks_exact(width).zip(x.chunks_exact(width)).zip(&positions) {
-                for (((surface, total), weight), x) in surface.iter_mut().zip(&mut total).zip(weight).zip(x) {
-                    *surface += weight * (x - position);
-                    *total += weight;
+            for (frame, position) in positions.iter().enumerate() {
+                let row = frame * width..(frame + 1) * width;
+                let (weight, count, x) = (&mut weight[row.clone()], &count[row.clone()], &x[row]);
+                let cells = before.iter().zip(&mut *surface).zip(&mut *total);
+                for (((weight, count), x), ((before, surface), total)) in weight.iter_mut().zip(count).zip(x).zip(cells)
+                {
+                    let apart = x - before - position;
+                    let inside = (1.0 - apart * apart * count * by).max(0.0);
+                    *weight = count * inside * inside;
+                    *surface += *weight * (x - position);
+                    *total += *weight;
                 }
             }
-            surface.iter_mut().zip(&total).for_each(|(sum, total)| *sum /= total);
-            let slopes = slopes(observed, &surface, &total);
+            surface.iter_mut().zip(&*total).for_each(|(sum, total)| *sum /= total);
+            if round == ROUNDS {
+                break;
+            }
+            let slopes = slopes(observed, [surface, total, height]);
             slope.iter_mut().zip(&observed.level).for_each(|(slope, level)| *slope = slopes[*level]);
-            residuals.clear();
-            for (frame, (position, shown)) in positions.iter_mut().zip(observed.shown()).enumerate() {
+            for (frame, position) in positions.iter_mut().enumerate() {
                 let row = frame * width..(frame + 1) * width;
-                let (count, seen, rise) = (&count[row.clone()], &seen[row.clone()], &rise[row.clone()]);
-                let (weight, x, residual) = (&weight[row.clone()], &mut x[row.clone()], &mut residual[row]);
-                for (((x, seen), rise), slope) in x.iter_mut().zip(seen).zip(rise).zip(&slope) {
-                    *x = seen - slope * rise;
+                let (seen, z) = (&seen[row.clone()], &z[row.clone()]);
+                let (weight, x) = (&weight[row.clone()], &mut x[row]);
+                for ((((x, seen), z), slope), height) in x.iter_mut().zip(seen).zip(z).zip(&*slope).zip(&*height) {
+                    *x = seen - slope * (z - height);
                 }
                 let (mut ahead, mut all) = ([0.0; LANES], [0.0; LANES]);
-                for ((weight, x), surface) in groups(weight).iter().zip(groups(x)).zip(groups(&surface)) {
+                for ((weight, x), surface) in groups(weight).iter().zip(groups(x)).zip(groups(surface)) {
                     for lane in 0..LANES {
                         ahead[lane] += weight[lane] * (x[lane] - surface[lane]);
                         all[lane] += weight[lane];
                     }
                 }
                 *position = sum(ahead) / (sum(all) + NOTHING);
-                for (((residual, x), surface), count) in residual.iter_mut().zip(&*x).zip(&surface).zip(count) {
-                    let apart = x - surface - *position;
-                    *residual = apart * apart * count;
-                }
-                residuals.extend(shown.iter().map(|cell| residual[*cell]));
             }
-            middle = median_near(middle, &mut residuals);
-            let spread = NORMAL * NORMAL * middle * cell.len() as f64 / free;
+            let expected = (middle * EXPECTED[round].0, middle * EXPECTED[round].1);
+            middle = median_residual(observed, [x, surface, &mut positions, residual, &mut near], expected);
+            let spread = NORMAL * NORMAL * middle * shown.len() as f64 / free;
             noise = (KNOWN_NOISE * range_noise * range_noise + free * spread) / (KNOWN_NOISE + free);
-            let by = 1.0 / (BIWEIGHT * BIWEIGHT * noise);
-            for ((weight, residual), count) in weight.iter_mut().zip(&residual).zip(count) {
-                let inside = (1.0 - residual * by).max(0.0);
-                *weight = count * inside * inside;
-            }
+            by = 1.0 / (BIWEIGHT * BIWEIGHT * noise);
         }
-        Weights { weight, x, noise, doubt }
+        Weights { weight_x, positions, surface_total, noise, doubt }
     }
 }
 
-/// A median is expected within this factor of a guess.
-const NEAR: f64 = 1.5;
+/// The median of each round is expected between these times the one before: residuals shrink from round to round.
+const EXPECTED: [(f64, f64); ROUNDS] = [(0.5, 1.5), (0.7, 1.02), (0.7, 1.02)];
 
-/// The median of at least one number that is not negative. It is found sooner where it is near the guess.
+/// The median of the squared residuals of all observations, each times the number of its points; infinite where squares
+/// overflow. Only those in the `expected` interval are looked at closely; where the median is not among them, all are.
 #[inline(always)]
-fn median_near(guess: f64, values: &mut [f64]) -> f64 {
-    let (low, high) = (guess / NEAR, guess * NEAR);
-    let below = values.iter().filter(|value| **value < low).count();
-    let (mut near, mut len) = (vec![0.0; values.len()], 0);
-    for value in &*values {
-        near[len] = *value;
-        len += usize::from((low <= *value) & (*value <= high));
+fn median_residual(
+    observed: &CellObservations,
+    [x, surface, positions, residual, near]: [&mut [f64]; 5],
+    expected: (f64, f64),
+) -> f64 {
+    let ([count, ..], width) = (observed.count_x_z.read::<3>(), observed.width);
+    let (all, upper) = (observed.shown.len(), observed.shown.len() / 2);
+    for (low, high) in [expected, (0.0, f64::MAX)] {
+        let (mut below, mut len) = (0, 0);
+        let rows = x.chunks_exact(width).zip(count.chunks_exact(width));
+        for (((x, count), position), shown) in rows.zip(&*positions).zip(observed.by_frame()) {
+            for (((residual, x), surface), count) in residual.iter_mut().zip(x).zip(&*surface).zip(count) {
+                let apart = x - surface - position;
+                *residual = apart * apart * count;
+            }
+            for Observation { cell, .. } in shown {
+                let residual = residual[*cell];
+                near[len] = residual;
+                below += usize::from(residual < low);
+                len += usize::from((low <= residual) & (residual <= high));
+            }
+        }
+        if below < upper && upper < below + len {
+            let (before, &mut middle, _) = near[..len].select_nth_unstable_by(upper - below, f64::total_cmp);
+            let lower = before.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            return if all % 2 == 1 { middle } else { f64::midpoint(lower, middle) };
+        }
     }
-    let upper = values.len() / 2;
-    if below >= upper || upper >= below + len {
-        return median(values);
-    }
-    let (lower, upper, _) = near[..len].select_nth_unstable_by(upper - below, f64::total_cmp);
-    let lower = lower.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if values.len() % 2 == 1 { *upper } else { f64::midpoint(lower, *upper) }
+    f64::INFINITY
 }
 
 /// Puts each frame where it agrees best with those before it, and says how far its cells contradict each other.
@@ -293,14 +254,13 @@ fn median_near(guess: f64, values: &mut [f64]) -> f64 {
 /// put where the edge of the body says, with a variance that holds both groups.
 #[inline(always)]
 fn first_positions(observed: &CellObservations, far: f64) -> (Vec<f64>, Vec<f64>) {
-    let [mut points, mut ahead] = std::array::from_fn(|_| vec![0.0; observed.width]);
-    let mut differences = Vec::with_capacity(observed.width);
+    let [mut points, mut ahead] = std::array::from_fn(|_| vec![0.0; observed.level.len() + 1]);
+    let mut differences = Vec::with_capacity(points.len());
     let (mut positions, mut doubt) = (Vec::with_capacity(observed.frames()), vec![0.0; observed.frames()]);
-    let rows = observed.count.chunks_exact(observed.width).zip(observed.seen.chunks_exact(observed.width));
-    for (((count, seen), shown), doubt) in rows.zip(observed.shown()).zip(&mut doubt) {
+    for (shown, doubt) in observed.by_frame().zip(&mut doubt) {
         differences.clear();
-        let known = shown.iter().filter(|cell| points[**cell] > 0.0);
-        differences.extend(known.map(|cell| seen[*cell] - ahead[*cell] / points[*cell]));
+        let known = shown.iter().filter(|seen| points[seen.cell] > 0.0);
+        differences.extend(known.map(|seen| seen.x - ahead[seen.cell] / points[seen.cell]));
         // The last is that of the edge.
         let of_edge = if differences.len() > ENOUGH { differences.pop() } else { None };
         let mut position = if differences.is_empty() { 0.0 } else { median(&mut differences) };
@@ -313,9 +273,9 @@ fn first_positions(observed: &CellObservations, far: f64) -> (Vec<f64>, Vec<f64>
                 position = of_edge;
             }
         }
-        for (((points, ahead), count), seen) in points.iter_mut().zip(&mut ahead).zip(count).zip(seen) {
-            *points += count;
-            *ahead += count * (seen - position);
+        for &Observation { cell, count, x } in shown {
+            points[cell] += count;
+            ahead[cell] += count * (x - position);
         }
         positions.push(position);
     }
@@ -333,8 +293,6 @@ struct Step {
     cell: usize,
     /// The levels of both, above the lowest.
     levels: [usize; 2],
-    /// How much higher the upper one is, m.
-    rise: f64,
 }
 
 /// The weighted sums of steps ahead and of rises, whose quotient is a mean slope.
@@ -363,9 +321,10 @@ impl MeanSlope {
 /// Rings move over the body as it comes nearer, and along a slanted window they would seem to be motion. All columns
 /// together decide the slope of a level, by the limiter MC [van Leer 1977].
 #[inline(always)]
-fn slopes(observed: &CellObservations, surface: &[f64], total: &[f64]) -> Vec<f64> {
+fn slopes(observed: &CellObservations, [surface, total, height]: [&[f64]; 3]) -> Vec<f64> {
     let mut sides = vec![[MeanSlope::default(); 2]; observed.levels];
-    for &Step { cell, levels: [lower, upper], rise } in &observed.steps {
+    for &Step { cell, levels: [lower, upper] } in &observed.steps {
+        let rise = (height[cell + 1] - height[cell]).max(0.01);
         let step = surface[cell + 1] - surface[cell];
         if step.abs() <= STEEPEST * rise {
             let weight = total[cell].min(total[cell + 1]);
