@@ -128,14 +128,18 @@ impl<'a, T: Real> Points<'a, T> {
         self.intensity.is_some()
     }
 
-    /// The rows of the points in `range`, cut where the range begins and ends, each with the index of its first point.
-    pub(crate) fn rows(self, range: Range<usize>) -> impl Iterator<Item = (usize, Row<'a, T>)> {
-        let columns = self.xyz[0].columns().max(1);
-        (range.start / columns..range.end.div_ceil(columns)).map(move |row| {
+    /// The rows of the points in `range`, cut where the range begins and ends, each with the index of its first point;
+    /// with their intensities only if those are asked for.
+    pub(crate) fn rows(self, range: Range<usize>, intensity: bool) -> impl Iterator<Item = (usize, Row<'a, T>)> {
+        let columns = self.xyz[0].columns();
+        let is_one = self.xyz[0].rows() == 1;
+        let rows = if is_one { 0..1 } else { range.start / columns.max(1)..range.end.div_ceil(columns.max(1)) };
+        let stored = self.intensity.filter(|_| intensity);
+        rows.map(move |row| {
             let first = row * columns;
             let (from, to) = (range.start.max(first) - first, range.end.min(first + columns) - first);
             let xyz = self.xyz.map(|table| table.row(row));
-            let whole = Row { xyz, intensity: self.intensity.map(|intensity| intensity.row(row)) };
+            let whole = Row { xyz, intensity: stored.map(|intensity| intensity.row(row)) };
             (first + from, whole.slice(from, to))
         })
     }
@@ -238,13 +242,16 @@ pub(crate) trait Layout<T>: Copy {
     fn readable(&self) -> usize;
     /// The readable points that are read fastest, in whole groups of lanes.
     fn whole(&self) -> Range<usize>;
-    /// Arranges the bounds for `may_hold`; that on the fourth number counts only if `fourth`.
-    fn prefilter(low: [T; 4], high: [T; 4], fourth: bool) -> Prefilter<T>;
+    /// Whether the fourth number of each record is compared with its bounds too.
+    fn compares_fourth(&self) -> bool {
+        false
+    }
+    /// Arranges the bounds for `may_hold`.
+    fn prefilter(&self, low: [T; 4], high: [T; 4]) -> Prefilter<T>;
     /// Whether any of the points `at .. at + LANES` may be inside. A no is certain, and quicker to find out than a yes.
     fn may_hold<I: Instructions>(&self, simd: I, at: usize, prefilter: &Prefilter<T>) -> bool;
-    /// A bit for each of the points `at .. at + LANES` inside the bounds on x, y and z, and if `fourth` on the fourth
-    /// number of its record too.
-    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, fourth: bool) -> u16;
+    /// A bit for each of the points `at .. at + LANES` inside the bounds.
+    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds) -> u16;
     /// The forward coordinates of the points `at .. at + LANES`.
     fn forward(&self, at: usize) -> Lanes<T>;
 }
@@ -273,7 +280,7 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
         0..self.readable() / LANES * LANES
     }
 
-    fn prefilter(_: [T; 4], _: [T; 4], _: bool) -> Prefilter<T> {
+    fn prefilter(&self, _: [T; 4], _: [T; 4]) -> Prefilter<T> {
         Prefilter { shift: [T::ZERO; LANES], width: [T::ALL_BITS; LANES] }
     }
 
@@ -283,7 +290,7 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
     }
 
     #[inline(always)]
-    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds, _: bool) -> u16 {
+    fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds) -> u16 {
         let [x, y, z] = &self.xyz;
         let [[x_low, x_high], [y_low, y_high], [z_low, z_high]] = bounds;
         T::within(simd, &x.lanes(at), x_low, x_high)
@@ -306,6 +313,8 @@ pub(crate) struct Packed<F> {
     pub records: F,
     /// The records from their forward number on.
     pub forward: F,
+    /// Whether the fourth number of each record is compared as well.
+    pub fourth: bool,
 }
 
 impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
@@ -328,10 +337,16 @@ impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
         first..first + (readable - first) / LANES * LANES
     }
 
-    fn prefilter(low: [T; 4], high: [T; 4], fourth: bool) -> Prefilter<T> {
+    #[inline(always)]
+    fn compares_fourth(&self) -> bool {
+        self.fourth
+    }
+
+    #[inline(always)]
+    fn prefilter(&self, low: [T; 4], high: [T; 4]) -> Prefilter<T> {
         let columns: [(T, T); 4] = std::array::from_fn(|column| {
             let (shift, width) = (T::ZERO - low[column], high[column] - low[column]);
-            let is_bound = (fourth || column < 3) && low[column].to_f64().is_finite();
+            let is_bound = (self.fourth || column < 3) && low[column].to_f64().is_finite();
             if is_bound { (shift, width) } else { (T::ZERO, T::ALL_BITS) }
         });
         Prefilter {
@@ -346,14 +361,14 @@ impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
     }
 
     #[inline(always)]
-    fn inside<I: Instructions>(&self, simd: I, at: usize, [low, high]: &Self::Bounds, fourth: bool) -> u16 {
+    fn inside<I: Instructions>(&self, simd: I, at: usize, [low, high]: &Self::Bounds) -> u16 {
         // Spelled out: through a closure the instructions behind `simd` would not be inlined.
         let [a, b, c, d] = self.records.fours(at);
         let mut bits = u64::from(T::within(simd, &d, low, high));
         bits = bits << 16 | u64::from(T::within(simd, &c, low, high));
         bits = bits << 16 | u64::from(T::within(simd, &b, low, high));
         bits = bits << 16 | u64::from(T::within(simd, &a, low, high));
-        bit_of_each_point(if fourth { bits } else { bits | 0x8888_8888_8888_8888 })
+        bit_of_each_point(if self.fourth { bits } else { bits | 0x8888_8888_8888_8888 })
     }
 
     #[inline(always)]

@@ -47,9 +47,12 @@ impl<T: Real> Candidates<T> {
         level: Level,
         threads: usize,
     ) -> Self {
+        let bounds = gate.as_box::<T>();
         let piece = |range: Range<usize>| {
             let mut piece = Candidates::none(wanted, range.len() / SPARSE);
-            points.rows(range).for_each(|(first, row)| piece.collect(first, row, gate, level));
+            for (first, row) in points.rows(range, gate.intensity.is_some()) {
+                piece.collect(&Search { first, row, gate, bounds, level });
+            }
             piece
         };
         if threads == 1 {
@@ -71,22 +74,18 @@ impl<T: Real> Candidates<T> {
         self
     }
 
-    /// Collects from a row whose first point is point `first` of the cloud.
-    fn collect(&mut self, first: usize, row: Row<'_, T>, gate: &Gate, level: Level) {
-        let ahead = gate.axes[0].column;
+    /// Collects from a row in whatever layout.
+    fn collect(&mut self, search: &Search<'_, T>) {
+        let (ahead, row) = (search.gate.axes[0].column, &search.row);
         if let Some(records) = Records::new(row.xyz) {
-            let fourth = gate.intensity.is_some() && row.intensity.is_some_and(|it| it.is_fourth(&records));
-            let search = Search { first, row, gate, fourth, level };
+            let fourth = row.intensity.is_some_and(|it| it.is_fourth(&records));
             let forward = records.starting_at(ahead);
             if let (Some(records), Some(forward)) = (records.back_to_back(), forward.back_to_back()) {
-                self.collect_as(Packed { records, forward }, search);
+                self.collect_as(Packed { records, forward, fourth }, search);
             } else {
-                self.collect_as(Packed { records, forward }, search);
+                self.collect_as(Packed { records, forward, fourth }, search);
             }
-            return;
-        }
-        let search = Search { first, row, gate, fourth: false, level };
-        if let [Some(x), Some(y), Some(z)] = row.xyz.map(Column::dense) {
+        } else if let [Some(x), Some(y), Some(z)] = row.xyz.map(Column::dense) {
             let xyz = [x, y, z];
             self.collect_as(Columns { xyz, forward: xyz[ahead] }, search);
         } else {
@@ -95,7 +94,7 @@ impl<T: Real> Candidates<T> {
     }
 
     /// Collects from a row in its layout.
-    fn collect_as<L: Layout<T>>(&mut self, layout: L, search: Search<'_, T>) {
+    fn collect_as<L: Layout<T>>(&mut self, layout: L, search: &Search<'_, T>) {
         let Some(from) = search.level.run(Collect { layout, search, from: 0, every: 1, into: self }) else { return };
         // There are many candidates, and more are likely to come. The nearest of a sample are no nearer than the
         // nearest of all, in whatever order points come, so they are a bound. A small sample bounds the large one,
@@ -146,14 +145,14 @@ impl<T: Real> Candidates<T> {
 }
 
 /// A row to search, and the gate to search it by.
-#[derive(Clone, Copy)]
 struct Search<'a, T> {
     /// Index of the first point of the row.
     first: usize,
+    /// The row, with its intensities where the gate bounds them.
     row: Row<'a, T>,
     gate: &'a Gate,
-    /// Whether the gate bounds the fourth number of each record, which is the intensity.
-    fourth: bool,
+    /// The box of the gate.
+    bounds: ([T; 4], [T; 4]),
     level: Level,
 }
 
@@ -162,7 +161,7 @@ struct Search<'a, T> {
 /// Returns the point to go on from if it stopped early, because many candidates came before anything bounded them.
 struct Collect<'a, 'c, T, L> {
     layout: L,
-    search: Search<'a, T>,
+    search: &'a Search<'a, T>,
     from: usize,
     every: usize,
     into: &'c mut Candidates<T>,
@@ -174,9 +173,8 @@ impl<T: Real, L: Layout<T>> Kernel for Collect<'_, '_, T, L> {
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Option<usize> {
         let Collect { layout, search, from, every, into } = self;
-        let (low, high) = search.gate.as_box::<T>();
-        let prefilter = L::prefilter(low, high, search.fourth);
-        let groups = Groups::new(layout, search, (low, high));
+        let prefilter = layout.prefilter(search.bounds.0, search.bounds.1);
+        let groups = Groups::new(layout, search);
 
         let (whole, step) = (layout.whole(), LANES * every);
         if from == 0 {
@@ -236,51 +234,35 @@ impl<T: Real, L: Layout<T>> Kernel for Next<'_, T, L> {
 /// The points of a row in groups of lanes, and the gate in the arrangement of those lanes.
 struct Groups<'a, T, L: Layout<T>> {
     layout: L,
-    row: Row<'a, T>,
-    first: usize,
-    gate: &'a Gate,
+    search: &'a Search<'a, T>,
     bounds: L::Bounds,
-    fourth: bool,
     /// Whether (0, 0, 0) is in the box; points there never count.
     holds_zero: bool,
     /// The intensities, where they are bounded and are not the fourth number.
     intensity: Option<IntensityRow<'a>>,
     non_box: Option<NonBoxGate<'a>>,
-    low: [T; 4],
-    high: [T; 4],
     /// Bounds on the distance ahead, on a straight path.
     ahead: (T, T),
 }
 
 impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
     #[inline(always)]
-    fn new(layout: L, search: Search<'a, T>, (low, high): ([T; 4], [T; 4])) -> Self {
-        let Search { row, first, gate, fourth, .. } = search;
-        let Axis { column, flipped } = gate.axes[0];
+    fn new(layout: L, search: &'a Search<'a, T>) -> Self {
+        let (low, high) = search.bounds;
+        let Axis { column, flipped } = search.gate.axes[0];
         let ahead = (low[column], high[column]);
         let ahead = if flipped { (T::ZERO - ahead.1, T::ZERO - ahead.0) } else { ahead };
         let holds_zero = (0..3).all(|column| low[column] <= T::ZERO && T::ZERO <= high[column]);
-        Groups {
-            layout,
-            row,
-            first,
-            gate,
-            bounds: L::bounds(low, high),
-            fourth,
-            holds_zero,
-            intensity: row.intensity.filter(|_| gate.intensity.is_some() && !fourth),
-            non_box: NonBoxGate::new(gate),
-            low,
-            high,
-            ahead,
-        }
+        let intensity = search.row.intensity.filter(|_| !layout.compares_fourth());
+        let non_box = NonBoxGate::new(search.gate);
+        Groups { layout, search, bounds: L::bounds(low, high), holds_zero, intensity, non_box, ahead }
     }
 
     /// Takes those of the points `at .. at + LANES` that are in the gate and whose bit in `among` is set; says whether
     /// any is.
     #[inline(always)]
     fn take<I: Instructions>(&self, simd: I, at: usize, among: u16, into: &mut Candidates<T>) -> bool {
-        let mut inside = among & self.layout.inside(simd, at, &self.bounds, self.fourth);
+        let mut inside = among & self.layout.inside(simd, at, &self.bounds);
         if inside == 0 {
             return false;
         }
@@ -293,10 +275,10 @@ impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
         if may_be_zero || self.non_box.is_some() {
             self.take_singly(at, inside, into);
         } else {
-            let ahead = if self.gate.axes[0].flipped { each(stored, |x| T::ZERO - x) } else { stored };
+            let ahead = if self.search.gate.axes[0].flipped { each(stored, |x| T::ZERO - x) } else { stored };
             // The distances were read a second time, so they are compared again: another thread may have written
             // meanwhile.
-            into.keep_lanes(simd, &ahead, self.ahead, inside, self.first + at);
+            into.keep_lanes(simd, &ahead, self.ahead, inside, self.search.first + at);
         }
         true
     }
@@ -304,7 +286,7 @@ impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
     /// Clears the bits of the points from `at` on whose intensity is out of its bounds.
     #[inline(never)] // as the next function: rare code would take registers from the loop
     fn bright(&self, at: usize, bits: u16) -> u16 {
-        let (Some(intensity), Some(bounds)) = (&self.intensity, self.gate.intensity) else { return bits };
+        let (Some(intensity), Some(bounds)) = (&self.intensity, self.search.gate.intensity) else { return bits };
         each_bit(bits).fold(0, |bright, i| bright | u16::from(intensity.within(at + i, bounds)) << i)
     }
 
@@ -333,18 +315,19 @@ impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
     /// Takes a point if it is in the gate.
     #[inline(always)]
     fn take_one(&self, i: usize, into: &mut Candidates<T>) {
-        let stored = self.row.xyz.map(|column| column.get(i));
-        let inside = |column: usize| (self.low[column] <= stored[column]) & (stored[column] <= self.high[column]);
+        let Search { first, row, gate, bounds: (low, high), .. } = self.search;
+        let stored = row.xyz.map(|column| column.get(i));
+        let inside = |column: usize| (low[column] <= stored[column]) & (stored[column] <= high[column]);
         let is_zero = |column: usize| stored[column] == T::ZERO;
-        let bright = match (&self.row.intensity, self.gate.intensity) {
+        let bright = match (&row.intensity, gate.intensity) {
             (Some(intensity), Some(bounds)) => intensity.within(i, bounds),
             _ => true,
         };
         if !(inside(0) & inside(1) & inside(2) & bright) || is_zero(0) & is_zero(1) & is_zero(2) {
             return;
         }
-        if let Some(x) = self.non_box.map_or(Some(self.gate.ahead(stored)), |gate| gate.admit(stored)) {
-            into.keep(x, self.first + i);
+        if let Some(x) = self.non_box.map_or(Some(gate.ahead(stored)), |gate| gate.admit(stored)) {
+            into.keep(x, first + i);
         }
     }
 }

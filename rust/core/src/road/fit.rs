@@ -98,7 +98,7 @@ fn columns<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Vec<VoxelCol
     let mut sums = vec![Sums::default(); rows * across_squares * layers];
 
     let (low, high) = search.region().as_box::<T>();
-    for (_, row) in points.rows(0..points.len()) {
+    for (_, row) in points.rows(0..points.len(), false) {
         let [ahead, across, above] = search.axes.map(|axis| Ruler {
             column: row.xyz[axis.column],
             low: low[axis.column],
