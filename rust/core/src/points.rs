@@ -82,6 +82,9 @@ impl<'a, T: Real> Points<'a, T> {
         if u32::try_from(x.rows() * x.columns()).is_err() {
             return Err(Error::new("points", format!("must be fewer than 2^32, got {}", x.rows() * x.columns())));
         }
+        if x.rows() == 1 {
+            return Ok(Points { xyz, intensity });
+        }
         let flat = xyz.map(Table::flat);
         let whole = intensity.map(Intensity::flat);
         let same = |rows: usize| flat.iter().all(|table| table.rows() == rows);
@@ -128,20 +131,23 @@ impl<'a, T: Real> Points<'a, T> {
         self.intensity.is_some()
     }
 
-    /// The rows of the points in `range`, cut where the range begins and ends, each with the index of its first point;
-    /// with their intensities only if those are asked for.
-    pub(crate) fn rows(self, range: Range<usize>, intensity: bool) -> impl Iterator<Item = (usize, Row<'a, T>)> {
+    /// Takes the rows of the points in `range`, cut where the range begins and ends, each with the index of its first
+    /// point; with their intensities only if those are asked for.
+    #[inline(always)]
+    pub(crate) fn each_row(&self, range: Range<usize>, intensity: bool, mut take: impl FnMut(usize, Row<'a, T>)) {
         let columns = self.xyz[0].columns();
-        let is_one = self.xyz[0].rows() == 1;
-        let rows = if is_one { 0..1 } else { range.start / columns.max(1)..range.end.div_ceil(columns.max(1)) };
-        let stored = self.intensity.filter(|_| intensity);
-        rows.map(move |row| {
+        let stored = if intensity { self.intensity } else { None };
+        if self.xyz[0].rows() == 1 && range.len() == columns {
+            let xyz = self.xyz.map(|table| table.row(0));
+            return take(0, Row { xyz, intensity: stored.map(|intensity| intensity.row(0)) });
+        }
+        for row in range.start / columns.max(1)..range.end.div_ceil(columns.max(1)) {
             let first = row * columns;
             let (from, to) = (range.start.max(first) - first, range.end.min(first + columns) - first);
             let xyz = self.xyz.map(|table| table.row(row));
             let whole = Row { xyz, intensity: stored.map(|intensity| intensity.row(row)) };
-            (first + from, whole.slice(from, to))
-        })
+            take(first + from, whole.slice(from, to));
+        }
     }
 
     /// Whether any point is valid: finite, and not the (0, 0, 0) that drivers store where nothing came back.

@@ -2,7 +2,9 @@
 
 use crate::lanes::Lanes;
 use crate::simd::{Instructions, Prefilter};
+use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Sub};
+use std::thread::LocalKey;
 
 /// The element type of a kernel, `f32` or `f64`.
 pub trait Real:
@@ -64,6 +66,8 @@ pub trait Real:
     fn compress<I: Instructions>(simd: I, x: &Lanes<Self>, keep: u16) -> Lanes<Self>;
     /// Whether it is not a number.
     fn is_nan(self) -> bool;
+    /// Memory that this thread does not use now, so that a short call need not ask for any.
+    fn spare() -> &'static LocalKey<Cell<Vec<Self>>>;
 }
 
 macro_rules! real {
@@ -157,6 +161,13 @@ macro_rules! real {
             #[inline(always)]
             fn is_nan(self) -> bool {
                 $float::is_nan(self)
+            }
+
+            fn spare() -> &'static LocalKey<Cell<Vec<Self>>> {
+                thread_local! {
+                    static SPARE: Cell<Vec<$float>> = const { Cell::new(Vec::new()) };
+                }
+                &SPARE
             }
         }
     )*};

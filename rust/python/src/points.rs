@@ -48,18 +48,28 @@ impl AnyPoints<'_> {
 
 impl<'py> Cloud<'py> {
     /// Look at `object` as a cloud, without copying.
+    #[inline(always)]
     pub fn view(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
+        match object.cast_exact::<PyUntypedArray>() {
+            Ok(array) if !is_records(array)? => Cloud::of_rows(argument, array.clone()),
+            _ => Cloud::made(argument, object),
+        }
+    }
+
+    /// The points, for as long as the arrays are kept.
+    #[inline(always)]
+    pub fn points(&self) -> &AnyPoints<'_> {
+        &self.points
+    }
+
+    /// Whatever is not an array of plain rows already.
+    fn made(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
         if let Ok(separate) = object.cast::<PyTuple>() {
             let arrays = separate.iter().map(|column| array(argument, &column)).collect::<PyResult<Vec<_>>>()?;
             return Cloud::of_columns(argument, arrays);
         }
         let array = array(argument, object)?;
         if is_records(&array)? { Cloud::of_records(argument, &array) } else { Cloud::of_rows(argument, array) }
-    }
-
-    /// The points, for as long as the arrays are kept.
-    pub fn points(&self) -> AnyPoints<'_> {
-        self.points
     }
 
     /// Plain rows: (N, 3) or wider, the fourth column being the intensity, or (H, W, 3) or wider.

@@ -260,6 +260,6 @@ pub fn fit_road(
     };
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
-    let fit = release(py, 3 * points.len(), || for_each_type!(points, points => road::fit_road(&points, &search)));
+    let fit = release(py, 3 * points.len(), || for_each_type!(points, points => road::fit_road(points, &search)));
     fit.map(|fit| RoadFit(fit.into())).map_err(value_error)
 }

@@ -7,7 +7,9 @@ use super::order::{Cut, Found, Least, Nth};
 use crate::lanes::{LANES, Lanes, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Level};
+use std::cell::Cell;
 use std::cmp::Ordering;
+use std::mem::take;
 
 /// A point inside the gate: its distance ahead, m, and its number in the cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,16 +40,34 @@ impl<T: Real> Candidate<T> {
 }
 
 /// The candidates of a pass; their distances are finite.
-pub(super) struct CandidateBuffer<T> {
+pub(super) struct CandidateBuffer<T: Real> {
     /// Distances, and then perhaps infinite ones up to a whole number of groups of lanes.
     x: Vec<T>,
     index: Vec<u32>,
 }
 
+thread_local! {
+    static SPARE: Cell<Vec<u32>> = const { Cell::new(Vec::new()) };
+}
+/// The most candidates whose memory is kept for the next buffer.
+const KEPT: usize = 1 << 14;
+
+impl<T: Real> Drop for CandidateBuffer<T> {
+    fn drop(&mut self) {
+        if self.x.capacity() <= KEPT {
+            T::spare().set(take(&mut self.x));
+            SPARE.set(take(&mut self.index));
+        }
+    }
+}
+
 impl<T: Real> CandidateBuffer<T> {
-    /// An empty buffer with room for `room` candidates.
-    pub(super) fn with_capacity(room: usize) -> Self {
-        CandidateBuffer { x: Vec::with_capacity(room + LANES), index: Vec::with_capacity(room + LANES) }
+    /// An empty buffer, in the memory of the last one of this thread.
+    pub(super) fn new() -> Self {
+        let (mut x, mut index) = (T::spare().take(), SPARE.take());
+        x.clear();
+        index.clear();
+        CandidateBuffer { x, index }
     }
 
     #[inline(always)]

@@ -59,7 +59,7 @@ pub fn robust_min_x<T: Real>(
     gate.check()?;
     let estimator = estimator.checked()?;
     check_intensity(gate, &points)?;
-    let mut found = Candidates::gather(points, gate, estimator.nearest_needed(), level, threads);
+    let mut found = Candidates::gather(&points, gate, estimator.nearest_needed(), level, threads);
     Ok(nearest_of(&mut found, &points, gate, estimator, level))
 }
 

@@ -18,7 +18,7 @@ use crate::threads::pieces;
 use std::ops::Range;
 
 /// The candidates of a cloud.
-pub(super) struct Candidates<T> {
+pub(super) struct Candidates<T: Real> {
     /// The number of points inside the gate.
     pub count: usize,
     /// All candidates in the order of points; if only the nearest are wanted, at least those.
@@ -33,15 +33,13 @@ pub(super) struct Candidates<T> {
 const SAMPLE: usize = 64;
 /// The candidates that are kept beyond twice as many as wanted, before all but the nearest are dropped.
 const ROOM: usize = 1024;
-/// The share of points that there is room for at first, as one in this many. More memory would slow a small cloud down.
-const SPARSE: usize = 5;
 /// The fewest points that are worth a thread of their own.
 const LEAST_PIECE: usize = 1 << 16;
 
 impl<T: Real> Candidates<T> {
     /// Finds every candidate, or at least the nearest `wanted` of them, by up to `threads` threads.
     pub(super) fn gather(
-        points: Points<'_, T>,
+        points: &Points<'_, T>,
         gate: &Gate,
         wanted: Option<usize>,
         level: Level,
@@ -49,22 +47,22 @@ impl<T: Real> Candidates<T> {
     ) -> Self {
         let bounds = gate.as_box::<T>();
         let piece = |range: Range<usize>| {
-            let mut piece = Candidates::none(wanted, range.len() / SPARSE);
-            for (first, row) in points.rows(range, gate.intensity.is_some()) {
+            let mut piece = Candidates::none(wanted);
+            points.each_row(range, gate.intensity.is_some(), |first, row| {
                 piece.collect(&Search { first, row, gate, bounds, level });
-            }
+            });
             piece
         };
         if threads == 1 {
             return piece(0..points.len()); // no list for one: a small cloud would notice
         }
         let found = pieces(threads, points.len(), LEAST_PIECE, piece);
-        found.into_iter().reduce(|all, piece| all.with(&piece)).unwrap_or_else(|| Candidates::none(wanted, 0))
+        found.into_iter().reduce(|all, piece| all.with(&piece)).unwrap_or_else(|| Candidates::none(wanted))
     }
 
-    /// No candidates yet, with room for `room` of them.
-    fn none(wanted: Option<usize>, room: usize) -> Self {
-        Candidates { count: 0, kept: CandidateBuffer::with_capacity(room.min(ROOM)), cap: T::MAX, wanted }
+    /// No candidates yet.
+    fn none(wanted: Option<usize>) -> Self {
+        Candidates { count: 0, kept: CandidateBuffer::new(), cap: T::MAX, wanted }
     }
 
     /// Adds the candidates of the points that come after these.
@@ -100,7 +98,7 @@ impl<T: Real> Candidates<T> {
         // nearest of all, in whatever order points come, so they are a bound. A small sample bounds the large one,
         // whose order may be bad too.
         for every in [SAMPLE * SAMPLE, SAMPLE] {
-            let mut sample = Candidates { cap: self.cap, ..Candidates::none(self.wanted, ROOM) };
+            let mut sample = Candidates { cap: self.cap, ..Candidates::none(self.wanted) };
             search.level.run(Collect { layout, search, from, every, into: &mut sample });
             self.cap = sample.keep_nearest(search.level).unwrap_or(self.cap);
         }
@@ -159,7 +157,7 @@ struct Search<'a, T> {
 /// Collects the candidates of a row, from one in `every` groups of points from point `from` on.
 ///
 /// Returns the point to go on from if it stopped early, because many candidates came before anything bounded them.
-struct Collect<'a, 'c, T, L> {
+struct Collect<'a, 'c, T: Real, L> {
     layout: L,
     search: &'a Search<'a, T>,
     from: usize,

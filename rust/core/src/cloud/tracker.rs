@@ -233,7 +233,7 @@ impl BodyTracker {
     pub fn update<T: Real>(&mut self, points: Points<'_, T>, stamp: f64, level: Level) -> Result<TrackedTtc, Error> {
         let CloudSettings { gate, estimator, method, .. } = self.settings;
         check_intensity(&gate, &points)?;
-        let mut candidates = Candidates::gather(points, &gate, None, level, 1);
+        let mut candidates = Candidates::gather(&points, &gate, None, level, 1);
         let found = nearest_of(&mut candidates, &points, &gate, estimator, level);
         if !stamp.is_finite() || self.track.stamp.is_some_and(|last| stamp <= last) {
             return Ok(TrackedTtc { status: Status::Invalid, ..self.answer(false) });

@@ -98,7 +98,7 @@ fn columns<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Vec<VoxelCol
     let mut sums = vec![Sums::default(); rows * across_squares * layers];
 
     let (low, high) = search.region().as_box::<T>();
-    for (_, row) in points.rows(0..points.len(), false) {
+    points.each_row(0..points.len(), false, |_, row| {
         let [ahead, across, above] = search.axes.map(|axis| Ruler {
             column: row.xyz[axis.column],
             low: low[axis.column],
@@ -123,7 +123,7 @@ fn columns<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Vec<VoxelCol
             let voxel = &mut sums[square * layers + layer];
             *voxel = [voxel[0] + 1.0, voxel[1] + x, voxel[2] + y, voxel[3] + z];
         }
-    }
+    });
     sums.chunks_exact(layers).filter_map(VoxelColumn::new).collect()
 }
 
