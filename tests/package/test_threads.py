@@ -120,7 +120,7 @@ def endless_rows(*row: int) -> Any:
 
 
 def keypoints(estimator: Any, threads: int) -> Any:
-    before = np.random.default_rng(3).uniform(0.0, 2000.0, (1 << 21, 2)).astype(np.float32)
+    before = np.random.default_rng(3).uniform(0.0, 2000.0, ((1 << 20) - 1, 2)).astype(np.float32)
     return ttc_fast.ttc_from_keypoints(before, before * 1.02, 0.1, estimator=estimator, threads=threads)
 
 
@@ -140,10 +140,10 @@ ENDLESS_CALLS = {
 @pytest.mark.parametrize("threads", [1, 3])
 @pytest.mark.parametrize("call", ENDLESS_CALLS.values(), ids=ENDLESS_CALLS)
 def test_an_interrupt_ends_a_long_call(call: Callable[[int], object], threads: int) -> None:
-    begun = time.perf_counter()
+    begun = time.process_time()
     with interrupted_after(1.0), pytest.raises(KeyboardInterrupt):
         call(threads)
-    assert time.perf_counter() - begun < 60.0
+    assert time.process_time() - begun < 25.0
 
 
 def cluster() -> Any:

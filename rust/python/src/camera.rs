@@ -263,8 +263,8 @@ pub fn ttc_from_heights(
 /// TypeError
 ///     If the positions have another dtype, or the estimator is of the wrong kind.
 /// ValueError
-///     If the positions have another shape or differ in number, ``dt`` is not above 0 and finite, ``min_distance`` is
-///     negative or not finite, or ``threads`` is below 1.
+///     If the positions have another shape, differ in number or are 2^20 or more, ``dt`` is not above 0 and finite,
+///     ``min_distance`` is negative or not finite, or ``threads`` is below 1.
 ///
 /// Notes
 /// -----

@@ -12,8 +12,8 @@ use crate::simd::Instructions;
 /// No picture is this wide, px. A number farther out is not a position, and its square might not be finite.
 const FARTHEST: f64 = 1e9;
 
-/// There are fewer matches than this, because the pairs of more would take days.
-pub(super) const MOST: usize = 1 << 24;
+/// There are fewer matches than this, because the pairs of more would take hours.
+pub(super) const MOST: usize = 1 << 20;
 
 /// Matched keypoints in the memory of the caller. Match `i` moved from `previous` number `i` to `current` number `i`.
 #[derive(Clone, Copy, Debug)]
