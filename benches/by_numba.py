@@ -61,3 +61,11 @@ def nearest_each(ranges: Any, speeds: Any, cosines: Any, offsets: Any) -> Any:
     for row in range(ranges.shape[0]):
         ttc[row], beams[row] = nearest(ranges[row], speeds[row], cosines, offsets)
     return ttc, beams
+
+
+@numba.njit(error_model="numpy")
+def least_turning_each(ranges: Any, vx: Any, vy: Any, cosines: Any, sines: Any, offsets: Any) -> Any:
+    ttc = np.empty(ranges.shape[0])
+    for row in range(ranges.shape[0]):
+        ttc[row] = nearest_turning(ranges[row], vx[row], vy[row], cosines, sines, offsets)[0]
+    return ttc

@@ -63,6 +63,14 @@ def least_each(ranges: Any, speeds: Any, cosines: Any, offsets: Any) -> Any:
     return times(ranges, speeds[:, np.newaxis] * cosines, offsets).min(axis=1)
 
 
+def least_turning_each(ranges: Any, vx: Any, vy: Any, cosines: Any, sines: Any, offsets: Any) -> Any:
+    return times_each(ranges, vx, vy, cosines, sines, offsets).min(axis=1)
+
+
+def times_each(ranges: Any, vx: Any, vy: Any, cosines: Any, sines: Any, offsets: Any) -> Any:
+    return times(ranges, vx[:, np.newaxis] * cosines + vy[:, np.newaxis] * sines, offsets)
+
+
 def nearest_each(ranges: Any, speeds: Any, cosines: Any, offsets: Any) -> Any:
     ttc = times(ranges, speeds[:, np.newaxis] * cosines, offsets)
     beam = ttc.argmin(axis=1)

@@ -67,10 +67,11 @@ class Question:
     """Whether the answer has a time for each beam, or only the least."""
 
 
-_ONE, _TURNING, _EACH = (
+_ONE, _TURNING, _EACH, _TURNING_EACH = (
     "ranges, speed, cosines, offsets",
     "ranges, speed, sideways, cosines, sines, offsets",
     "ranges, speeds, cosines, offsets",
+    "ranges, speeds, each_sideways, cosines, sines, offsets",
 )
 _EXACT, _EXACT_EACH = f"per_beam({_ONE})", f"per_beam_each({_EACH})"
 _EXACT_TURNING = "times(ranges, speed * cosines + sideways * sines, offsets)"
@@ -88,6 +89,10 @@ BATCHES = (
     Question("min", "scan.min(ranges, speeds)", "least_each", _EACH, _EXACT_EACH),
     Question("nearest", "scan.nearest(ranges, speeds)", "nearest_each", _EACH, _EXACT_EACH),
     Question("per_beam", "scan.per_beam(ranges, speeds, out=out)", "per_beam_each", _EACH, _EXACT_EACH, True),
+)
+BATCH_TURNING = Question(
+    *("min, turning", "scan.min(ranges, speeds, yaw_rates)", "least_turning_each", _TURNING_EACH),
+    f"times_each({_TURNING_EACH})",
 )
 
 _scenes = {name: lru_cache(maxsize=2)(scene) for name, scene in car.SCENES.items()}
@@ -177,12 +182,15 @@ class Scans:
         return {**vars(module), **tables, **self._motion(dtype)}
 
     def _motion(self, dtype: str) -> dict[str, Any]:
-        speeds = np.random.default_rng(0).uniform(0.5, 10.0, self.rows or 1)
+        rng = np.random.default_rng(0)
+        speeds, yaw_rates = rng.uniform(0.5, 10.0, self.rows or 1), rng.uniform(-1.0, 1.0, self.rows or 1)
         return {
             "speed": car.SPEED,
             "speeds": speeds.astype(dtype),
             "yaw_rate": car.YAW_RATE,
             "sideways": car.YAW_RATE * car.MOUNT[0],
+            "yaw_rates": yaw_rates.astype(dtype),
+            "each_sideways": (yaw_rates * car.MOUNT[0]).astype(dtype),
             "closing": (car.SPEED * car.directions(self.beams)[0]).astype(self.dtype),
         }
 
@@ -253,11 +261,13 @@ _per_beam = {
     beams: Scans(EVERY, beams).case(Goal(20, "NumPy"), Goal(0.6, native.COPY), why=PER_BEAM, by_level=beams == 1080)
     for beams in (1080, 65_536)
 }
-_batch = (
-    Goal(33, "NumPy"),
-    Goal(0.5, native.READ),
+_batch = Scans(BATCHES[0], 1080, rows=1024).case(
+    *(Goal(33, "NumPy"), Goal(3, "numba"), Goal(0.5, native.READ)),
     Goal(1.6, ours=TWO_THREADS, label="one thread", why=THREADS),
+    why=BATCH,
+    by_level=True,
 )
+_beside_float32 = Goal(2.2, other=_batch, label="float32")
 CASES = [
     *MINIMUM.values(),
     *(
@@ -273,7 +283,9 @@ CASES = [
     Scans(MIN, 65_536, "float64").case(Goal(2.2, other=MINIMUM[65_536], label="float32"), why=LONG_SCAN),
     Scans(EVERY, 65_536, "float64").case(Goal(2.2, other=_per_beam[65_536], label="float32"), why=PER_BEAM),
     *(Scans(question, 1080, "float64").case() for question in (NEAREST, EVERY, ITTC)),
-    Scans(BATCHES[0], 1080, rows=1024).case(*_batch, why=BATCH, by_level=True),
+    _batch,
+    Scans(BATCHES[0], 1080, "float64", rows=1024).case(_beside_float32, why=BATCH),
+    Scans(BATCH_TURNING, 1080, rows=1024).case(Goal(3, "numba"), Goal(0.3, native.READ), why=BATCH),
     *(Scans(question, 1080, rows=1024).case() for question in BATCHES[1:]),
 ]
 
