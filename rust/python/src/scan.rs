@@ -43,8 +43,8 @@ use ttc_fast_core::vehicle::{Mount, Outline};
 ///     (x_rear, x_front, y_right, y_left) of the vehicle in its own frame, m; rear and right usually negative.
 ///     Clearance is range less the way to the outline along the beam; without an outline it is the range. Beams of a
 ///     sensor outside the outline that look at the vehicle are masked. A reading inside the outline is CONTACT.
-/// mask : bool sequence of length ``beams``, optional
-///     True where a beam is to be ignored (one's own antenna).
+/// mask : sequence of bool, optional
+///     True for each beam that is to be ignored (one's own antenna): one entry for each of the ``beams``.
 /// min_closing_speed : float
 ///     Closing at or below this, m/s, is not closing.
 /// too_close : {"hit", "ignore"}
