@@ -14,7 +14,7 @@ MATURIN := $(shell sed -n 's/^requires = \["\(.*\)"\]/\1/p' pyproject.toml)
 # What is tested of a wheel where few packages have wheels.
 KERNEL_TESTS := tests/contract tests/parity tests/layouts tests/package/test_threads.py
 
-TARGETS := help test test-all demo docs bench bench-check instructions fuzz memcheck lint fleet ros1 ros2 wheel wheel-aarch64 wheel-musl \
+TARGETS := help test test-all demo docs bench bench-check instructions fuzz memcheck sanitize lint fleet ros1 ros2 wheel wheel-aarch64 wheel-musl \
 	wheel-free-threaded release-check crate workflows clean
 .PHONY: $(TARGETS) rust-and-python-tests
 .NOTPARALLEL:
@@ -74,6 +74,9 @@ fuzz: $(VENV)/.has-test ## try random inputs on kernels, readers, messages and t
 
 memcheck: ## run the Rust tests of the files with unsafe code, and of what calls them, under valgrind
 	@tools/memcheck.sh
+
+sanitize: ## run the Rust tests under ThreadSanitizer and AddressSanitizer; needs rustup: SANITIZERS=thread runs one of them
+	@tools/sanitize.sh
 
 lint: $(VENV)/.has-lint ## check format, lints, types, stubs and words
 	$(call say,merge conflicts)
