@@ -302,14 +302,15 @@ mod tests {
         })
     }
 
-    /// A wall across, all around, or anything; some readings are odd.
+    /// A wall across, all around, as near in time in each direction, or anything; some readings are odd.
     fn ranges(settings: &Settings) -> impl Strategy<Value = Vec<f64>> + use<> {
         let angles: Vec<f64> = settings.angles().map(|angle| angle + settings.mount.yaw).collect();
         let reading = prop_oneof![20 => (0.0..1.0).prop_map(Ok), 1 => prop::sample::select(ODD.to_vec()).prop_map(Err)];
-        (0..3_u8, 0.2..20.0, prop::collection::vec(reading, angles.len())).prop_map(move |(kind, far, readings)| {
+        (0..4_u8, 0.2..20.0, prop::collection::vec(reading, angles.len())).prop_map(move |(kind, far, readings)| {
             let ordinary = |chance: f64, angle: f64| match kind {
                 0 => far / angle.cos().abs(),
                 1 => far,
+                2 => far * angle.cos().abs(),
                 _ => far * chance,
             };
             readings
