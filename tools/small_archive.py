@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 def save(path: Path, arrays: Mapping[str, Any]) -> None:
-    """Write arrays under their names, compressed by LZMA, and print how large the archive is."""
+    """Write arrays under their names, column by column, by LZMA; print how large the archive is."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_LZMA) as archive:
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w") as member:
-                np.lib.format.write_array(member, np.asanyarray(array))
+                np.lib.format.write_array(member, np.asarray(array, order="F"))
     print(f"{path}: {path.stat().st_size / 1e3:.0f} kB")

@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 tools=$PWD/build/wheel-tools/bin
 [ -d "$tools" ] || tools=$PWD/build/wheel-tools/Scripts # on Windows
 packages=("$MATURIN")
-options=(--release --locked --out dist)
+options=(--release --locked --out dist --compression-level 9)
 case "$(uname -s)" in
 Linux) # zig links against an old C library, so that the wheel runs on every Linux since 2014.
     packages+=(ziglang)

@@ -2,6 +2,7 @@
 
 import gzip
 import itertools
+import re
 import shutil
 import zipfile
 from collections.abc import Callable
@@ -234,7 +235,7 @@ def rewritten(path: Path, change: Callable[[str, bytes], bytes]) -> Path:
         lambda content: b"x" + content,
         lambda content: content.replace(b"(", b"((((", 1),
         lambda content: content.replace(b"'descr'", b"'other'"),
-        lambda content: content.replace(b"'fortran_order': False", b"'fortran_order': 10000"),
+        lambda content: re.sub(rb"(?<='fortran_order': )\w+", b"10000", content),
         lambda content: content[:64],
         lambda content: b"",
         lambda content: content[:6] + b"\x09" + content[7:],

@@ -166,13 +166,13 @@ class Arrays:
             raise LogError(self.path, f"has no array {', '.join(missing)}; a log needs {', '.join(names)}")
 
     def readings(self, name: str, shape: str, *, fits: bool) -> NDArray[Any]:
-        """Return an array in metres, if the shape that it should have fits."""
+        """Return an array in metres, row by row in memory, if the shape that it should have fits."""
         readings = self[name]
         if not fits:
             raise self.error(name, f"must have the shape {shape}, got {readings.shape}")
         if readings.dtype not in (np.float32, np.float64):
             raise self.error(name, f"must be float32 or float64 in metres, got {readings.dtype}")
-        return readings
+        return np.ascontiguousarray(readings)
 
     def per_frame(self, name: str, frames: int, each: str) -> NDArray[Any]:
         """Return an array of one finite number a frame."""
