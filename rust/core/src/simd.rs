@@ -362,12 +362,12 @@ mod x86 {
         _mm_xor_si128, _mm256_add_ps, _mm256_and_pd, _mm256_and_ps, _mm256_castps_si256, _mm256_cmp_pd, _mm256_cmp_ps,
         _mm256_cmpeq_epi32, _mm256_loadu_pd, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_min_epu32, _mm256_min_pd,
         _mm256_min_ps, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_or_si256, _mm256_packs_epi16, _mm256_packs_epi32,
-        _mm256_set1_epi32, _mm256_storeu_pd, _mm256_storeu_ps, _mm256_testz_si256, _mm512_add_pd, _mm512_add_ps,
-        _mm512_castpd_si512, _mm512_castps_si512, _mm512_cmp_pd_mask, _mm512_cmp_ps_mask, _mm512_cmple_epu32_mask,
-        _mm512_cmple_epu64_mask, _mm512_loadu_pd, _mm512_loadu_ps, _mm512_loadu_si512, _mm512_mask_cmp_pd_mask,
-        _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32, _mm512_maskz_compress_pd, _mm512_maskz_compress_ps,
-        _mm512_min_pd, _mm512_min_ps, _mm512_rcp14_ps, _mm512_set1_ps, _mm512_storeu_pd, _mm512_storeu_ps,
-        _mm512_storeu_si512,
+        _mm256_set1_epi32, _mm256_set1_ps, _mm256_storeu_pd, _mm256_storeu_ps, _mm256_testz_si256, _mm512_add_pd,
+        _mm512_add_ps, _mm512_castpd_si512, _mm512_castps_si512, _mm512_cmp_pd_mask, _mm512_cmp_ps_mask,
+        _mm512_cmple_epu32_mask, _mm512_cmple_epu64_mask, _mm512_loadu_pd, _mm512_loadu_ps, _mm512_loadu_si512,
+        _mm512_mask_cmp_pd_mask, _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32, _mm512_maskz_compress_pd,
+        _mm512_maskz_compress_ps, _mm512_min_pd, _mm512_min_ps, _mm512_rcp14_ps, _mm512_set1_ps, _mm512_storeu_pd,
+        _mm512_storeu_ps, _mm512_storeu_si512,
     };
 
     #[inline(always)]
@@ -582,6 +582,17 @@ mod x86 {
         #[inline(always)]
         fn mul_add(a: f32, b: f32, c: f32) -> f32 {
             a.mul_add(b, c)
+        }
+
+        #[inline(always)]
+        fn at_most_f32(self, x: &Lanes<f32>, limit: f32) -> u16 {
+            // SAFETY: `self` proves AVX2; the array holds 8 numbers from 0 and from 8.
+            unsafe {
+                let limit = _mm256_set1_ps(limit);
+                let first = _mm256_cmp_ps::<_CMP_LE_OQ>(_mm256_loadu_ps(x.as_ptr()), limit);
+                let second = _mm256_cmp_ps::<_CMP_LE_OQ>(_mm256_loadu_ps(x.as_ptr().add(8)), limit);
+                low_bits(_mm256_movemask_ps(first)) | low_bits(_mm256_movemask_ps(second)) << 8
+            }
         }
 
         #[inline(always)]
