@@ -153,7 +153,7 @@ def cluster() -> Any:
 
 EVERYWHERE = ttc_fast.Gate(x=(0.0, 99.0), y=(-99.0, 99.0), z=(-99.0, 99.0))
 CALLS_OF_A_SECOND = {
-    "batch": lambda: LONG_SCAN.min(np.broadcast_to(LONG_RANGES[0], (1000, LARGE)), 5.0, 0.1).tobytes(),
+    "batch": lambda: LONG_SCAN.min(np.broadcast_to(LONG_RANGES[0], (8000, LARGE)), 5.0, 0.1).tobytes(),
     "cluster": cluster,
 }
 
