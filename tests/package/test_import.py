@@ -8,6 +8,7 @@ import sys
 import pytest
 
 import ttc_fast
+from ttc_fast._extras import CHECKOUT
 
 
 def printed(program: str) -> str:
@@ -65,6 +66,7 @@ def test_a_compiled_part_that_is_old_is_named_with_what_mends_it(
     said = done.stderr.splitlines()
     how = "is missing" if missing else "is older than the Python part (cannot import name 'Alignment')"
     assert done.returncode == 1
-    assert said[-1].startswith(f"{begins}the compiled part of ttc_fast {how}; build it again: pip install --editable ")
+    again = "--editable " if (CHECKOUT / "Cargo.toml").exists() else "--force-reinstall ttc-fast"
+    assert said[-1].startswith(f"{begins}the compiled part of ttc_fast {how}; build it again: pip install {again}")
     if command.endswith("ttc-fast"):
         assert len(said) == 1
