@@ -92,7 +92,7 @@ fn searched<T: scan::Range>(
     };
     let best = if let Some(ranges) = ranges.dense() {
         let (vx, vy) = exact.velocity;
-        let is_ordinary = !rules.0.clamps() && vx.abs() + vy.abs() > SLOW;
+        let is_ordinary = !rules.1.clamps() && vx.abs() + vy.abs() > SLOW;
         is_ordinary
             .then(|| level.run(Search::<_, _, _, false> { ranges, before, rules, bound, exact }))
             .flatten()
@@ -329,6 +329,30 @@ mod tests {
             let expected = one_by_one(Column::new(&ranges), &T::kernel_tables(&scan).rules, exact);
             assert_eq!(first_hit(Column::new(&ranges), &scan, exact), expected, "{level}");
         }
+    }
+
+    #[test]
+    fn limits_that_float32_cannot_hold_clamp_float64_ranges() {
+        let settings = Settings {
+            limits: Some((1e-50, 1e300)),
+            limits_policy: LimitsPolicy::Clamp,
+            ..Settings::new(-0.5, 0.05, 20)
+        };
+        for (reading, others) in [(0.0, 30.0), (1e-60, 30.0), (1e305, f64::NAN)] {
+            let mut ranges = [others; 20];
+            ranges[10] = reading;
+            agrees::<f64>(&settings, &ranges, Motion { speed: 5.0, ..Motion::default() });
+        }
+    }
+
+    #[test]
+    fn a_beam_across_that_ends_inside_an_outline_without_end_is_in_contact() {
+        let outline = Some(Outline { x_rear: -1.0, x_front: 1.0, y_right: -1e23, y_left: 1e23 });
+        let across = -std::f64::consts::FRAC_PI_2;
+        let settings = Settings { outline, min_closing_speed: 0.0, ..Settings::new(across, 0.1, 32) };
+        let mut ranges = [30.0; 32];
+        ranges[0] = 5e22;
+        agrees::<f32>(&settings, &ranges, Motion { speed: 5.0, ..Motion::default() });
     }
 
     proptest! {
