@@ -164,7 +164,7 @@ impl Kernel for IrlsWeights<'_> {
             // Weights by the residuals of the round before, and the surface that they imply.
             before.copy_from_slice(surface);
             surface.fill(0.0);
-            total.fill(NOTHING);
+            total.fill(0.0);
             for (frame, position) in positions.iter().enumerate() {
                 let row = frame * width..(frame + 1) * width;
                 let (weight, count, x) = (&mut weight[row.clone()], &count[row.clone()], &x[row]);
@@ -178,7 +178,10 @@ impl Kernel for IrlsWeights<'_> {
                     *total += *weight;
                 }
             }
-            surface.iter_mut().zip(&*total).for_each(|(sum, total)| *sum /= total);
+            for (sum, total) in surface.iter_mut().zip(&mut *total) {
+                *total = total.max(NOTHING); // not added: the few weights of a cell may be as small
+                *sum /= *total;
+            }
             if round == ROUNDS {
                 break;
             }
@@ -198,7 +201,7 @@ impl Kernel for IrlsWeights<'_> {
                         all[lane] += weight[lane];
                     }
                 }
-                *position = sum(ahead) / (sum(all) + NOTHING);
+                *position = sum(ahead) / sum(all).max(NOTHING);
             }
             let expected = (middle * EXPECTED[round].0, middle * EXPECTED[round].1);
             middle = median_residual(observed, [x, surface, &mut positions, residual, &mut near], expected);
