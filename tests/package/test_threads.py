@@ -9,6 +9,7 @@ import sysconfig
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,9 +115,9 @@ def test_the_test_above_can_fail() -> None:
     assert not any(lets_others_run(lambda: sum(range(300_000))) for _ in range(5))
 
 
-def endless_rows(*row: int) -> Any:
-    """Rows of one row's memory, more than any processor gets through in a minute."""
-    return np.broadcast_to(np.full(row, 10.0, np.float32), (10**9 // math.prod(row) * 4, *row))
+def endless_rows(rows: int, *row: int) -> Any:
+    """Rows of one row's memory, more than any processor gets through in several seconds."""
+    return np.broadcast_to(np.full(row, 10.0, np.float32), (rows, *row))
 
 
 def keypoints(estimator: Any, threads: int) -> Any:
@@ -124,10 +125,11 @@ def keypoints(estimator: Any, threads: int) -> Any:
     return ttc_fast.ttc_from_keypoints(before, before * 1.02, 0.1, estimator=estimator, threads=threads)
 
 
+ENDLESS_SCAN = partial(ScanTTC, -2.0, 4.0 / 65_536, 65_536)
 ENDLESS_CALLS = {
-    "min": lambda threads: ScanTTC(-2.0, 0.004, 1000, threads=threads).min(endless_rows(1000), 5.0, 0.1),
-    "nearest": lambda threads: ScanTTC(-2.0, 0.004, 1000, threads=threads).nearest(endless_rows(1000), 5.0, 0.1),
-    "swept path": lambda _: ttc_fast.SweptPath(CAR).min(endless_rows(1000, 3), 5.0, 0.1),
+    "min": lambda threads: ENDLESS_SCAN(threads=threads).min(endless_rows(2_000_000, 65_536), 5.0, 0.1),
+    "nearest": lambda threads: ENDLESS_SCAN(threads=threads).nearest(endless_rows(2_000_000, 65_536), 5.0, 0.1),
+    "swept path": lambda _: ttc_fast.SweptPath(CAR).min(endless_rows(4_000_000, 1000, 3), 5.0, 0.1),
     "no columns": lambda _: ttc_fast.ittc(np.empty((1 << 40, 0)), closing_speed=5.0),
     "median": lambda threads: keypoints(ttc_fast.MedianRatio(), threads),
     "consensus": lambda threads: keypoints(ttc_fast.Consensus(trials=1_000_000), threads),
@@ -153,7 +155,7 @@ def cluster() -> Any:
 
 EVERYWHERE = ttc_fast.Gate(x=(0.0, 99.0), y=(-99.0, 99.0), z=(-99.0, 99.0))
 CALLS_OF_A_SECOND = {
-    "batch": lambda: LONG_SCAN.min(np.broadcast_to(LONG_RANGES[0], (8000, LARGE)), 5.0, 0.1).tobytes(),
+    "batch": lambda: LONG_SCAN.min(np.broadcast_to(LONG_RANGES[0], (20_000, LARGE)), 5.0, 0.1).tobytes(),
     "cluster": cluster,
 }
 
