@@ -180,17 +180,22 @@ pub(crate) fn bit_of_each_point(bits: u64) -> u16 {
 /// Returns the same number, of which the compiler then knows nothing. It moves sums of counted bits into vectors, where
 /// each costs several times as much.
 #[inline(always)]
-pub(crate) fn alone(mut count: u32) -> u32 {
+pub(crate) fn alone(count: u32) -> u32 {
     #[cfg(target_arch = "x86_64")]
-    // SAFETY: no instruction at all.
-    unsafe {
-        std::arch::asm!("/* {0:e} */", inout(reg) count, options(pure, nomem, nostack, preserves_flags));
-    }
+    let count = {
+        let same: u32;
+        // SAFETY: no instruction at all.
+        unsafe {
+            std::arch::asm!("/* {0:e} */", inout(reg) count => same, options(pure, nomem, nostack, preserves_flags));
+        }
+        same
+    };
     count
 }
 
 /// Returns reciprocals to a few units in the last place, from ones that are right to 11 bits: a step of Newton's method
 /// doubles the bits.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn refined<I: Instructions>(x: &Lanes<f32>, rough: &Lanes<f32>) -> Lanes<f32> {
     lanes(|lane| rough[lane] * I::mul_add(-x[lane], rough[lane], 2.0))

@@ -50,7 +50,9 @@ impl Kernel for Positions {
         let n = positions.len();
         let width = total.len();
         let rows = || weight.chunks_exact(width);
-        total.iter_mut().for_each(|total| *total = 1.0 / *total);
+        for total in total.iter_mut() {
+            *total = 1.0 / *total;
+        }
         let (mut right, mut of_frame) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let mut normal = vec![0.0; n * n];
         for (frame, ((weight, x), position)) in rows().zip(x.chunks_exact(width)).zip(&positions).enumerate() {

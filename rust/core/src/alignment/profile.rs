@@ -83,7 +83,9 @@ impl Profile {
         let slots = Slots::new(placed.iter().map(|point| point.place));
         let slot: Vec<usize> = placed.iter().map(|point| slots.of(point.place)).collect();
         let mut ends = vec![0; slots.len()];
-        slot.iter().for_each(|slot| ends[*slot] += 1);
+        for slot in &slot {
+            ends[*slot] += 1;
+        }
         let mut before = 0;
         for end in &mut ends {
             before += std::mem::replace(end, before);
