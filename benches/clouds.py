@@ -53,8 +53,9 @@ CLUSTERED = (
 )
 ALIGNMENT = (
     "The fit over a window takes about 45 us whatever the size of the cloud, because it depends on the car ahead "
-    "and not on the points around it: most of the call over 12k points. A quarter of it are the rounds of reweighting, "
-    "whose tables do not stay in the first cache; a seventh each are the profile and laying cells side by side."
+    "and not on the points around it: most of the call over 12k points. The rounds of reweighting take a quarter "
+    "of it, because their tables do not stay in the first cache; the profile and laying cells side by side take a "
+    "seventh each."
 )
 BETWEEN_FIELDS = (
     "The bytes between the fields are read as well, because they lie in the same cache lines: 48 bytes a point. A "

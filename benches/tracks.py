@@ -53,7 +53,7 @@ def _case(method: Any, *goals: Goal) -> Case:
     return Case(name, f"{FRAMES} calls", _approaches, every, compare, goals)
 
 
-CALLS = "Most of it are the calls: with the cheapest method, KalmanCA, they take nearly as long."
+CALLS = "Most of it is the call itself: with KalmanCA, the cheapest method, a call takes nearly as long."
 CASES = [
     _case(ttc_fast.MotionMixture(), Goal(100, "reference")),
     _case(ttc_fast.KalmanCA(), AS_MANY_SCANS, Goal(100, "reference")),

@@ -71,20 +71,20 @@ pub(crate) fn padded<T: Copy>(table: impl ExactSizeIterator<Item = T>, fill: T) 
 
 /// Tables of one length, all 0 at first, that begin where cache lines do: where lanes cross lines, stores take twice as
 /// long.
-pub(crate) struct Tables {
+pub(crate) struct AlignedTables {
     numbers: Vec<f64>,
     /// The first number that counts.
     start: usize,
     len: usize,
 }
 
-impl Tables {
+impl AlignedTables {
     /// Makes `count` tables of `len` numbers, a whole number of groups of lanes.
     pub(crate) fn new(count: usize, len: usize) -> Self {
         const LINE: usize = 64;
         let numbers = vec![0.0; count * len + LINE / size_of::<f64>()];
         let start = numbers.as_ptr().align_offset(LINE);
-        Tables { numbers, start, len }
+        AlignedTables { numbers, start, len }
     }
 
     /// The tables, to be read.

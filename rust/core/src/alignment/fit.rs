@@ -34,6 +34,7 @@ pub fn trend(sightings: &[Sighting], range_noise: f64, level: Level) -> Option<T
 
 /// The weight of a frame whose cells say nothing, in points: its position is unknown, but not infinitely so.
 const LEAST_WEIGHT: f64 = 1e-6;
+
 /// Finds the position of the body in each frame, m, and the covariance of all by rows, m^2.
 ///
 /// It is the two-way least squares of frames and cells, with the cells eliminated: what is left are as many equations

@@ -8,7 +8,7 @@
 //! cell. So nearly all of the work are loops along rows, which become lanes.
 
 use super::profile::{Cell, Place, Sighting, Slots};
-use crate::lanes::{LANES, Tables, groups, sum};
+use crate::lanes::{AlignedTables, LANES, groups, sum};
 use crate::real::median;
 use crate::simd::{Instructions, Kernel};
 
@@ -27,7 +27,7 @@ pub(super) struct CellObservations {
     /// The first observation of each frame, and the end of the last.
     starts: Vec<usize>,
     /// The number of points behind each, 0 where there is none, their mean distance and their mean height, m.
-    count_x_z: Tables,
+    count_x_z: AlignedTables,
     /// The level of each cell but the edge, above the lowest.
     level: Vec<usize>,
     /// The number of levels.
@@ -59,7 +59,7 @@ impl CellObservations {
         }
         let (frames, edge) = (sightings.len(), places.len());
         let width = (edge + 1).next_multiple_of(LANES);
-        let mut count_x_z = Tables::new(3, frames * width);
+        let mut count_x_z = AlignedTables::new(3, frames * width);
         let [count, seen, z] = count_x_z.write();
         let (mut shown, mut starts) = (Vec::with_capacity(cells().count() + frames), vec![0]);
         for (frame, Sighting { edge: nearest, profile, .. }) in sightings.iter().enumerate() {
@@ -118,11 +118,11 @@ const NOTHING: f64 = 1e-12;
 /// The weights of the observations, and what they imply.
 pub(super) struct Weights {
     /// The weight of each observation, and its distance with the slope of the surface taken out, m.
-    pub weight_x: Tables,
+    pub weight_x: AlignedTables,
     /// The position of the body in each frame, m, by the weights of the last round but one.
     pub positions: Vec<f64>,
     /// The surface at each cell as these positions put it, m, and the weight of the cell, never 0.
-    pub surface_total: Tables,
+    pub surface_total: AlignedTables,
     /// The variance of a point, m^2.
     pub noise: f64,
     /// The variance of each frame because its cells contradict each other, m^2; 0 where they agree.
@@ -144,7 +144,7 @@ impl Kernel for IrlsWeights<'_> {
         let CellObservations { width, ref shown, ref count_x_z, .. } = *observed;
         let [count, seen, z] = count_x_z.read();
         let (mut positions, doubt) = first_positions(observed, FAR * range_noise);
-        let (mut weight_x, mut surface_total) = (Tables::new(2, count.len()), Tables::new(6, width));
+        let (mut weight_x, mut surface_total) = (AlignedTables::new(2, count.len()), AlignedTables::new(6, width));
         let [weight, x] = weight_x.write();
         x.copy_from_slice(seen);
         let [surface, total, before, slope, height, residual] = surface_total.write();

@@ -197,7 +197,7 @@ impl ScanSweptPath {
 
 impl<T: Range> View<'_, T> {
     fn beams<S: Source<T>>(&self, ranges: S) -> Beams<'_, T, S> {
-        let (KernelTables { tables, rules }, mount) = (T::kernel_tables(self.scan), self.scan.settings.mount);
+        let (KernelTables { tables, rules }, mount) = (self.kernel(), self.scan.settings.mount);
         Beams { ranges, tables, rules, exact: self.exact, mount: (mount.x, mount.y) }
     }
 
