@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ttc_fast
-from benches import by_numpy
+from benches import by_numpy, native
 from benches.case import OURS, TWO_THREADS, Case, Goal, Implementation
 from benches.inputs import FEWEST, turns
 from ttc_fast import Consensus, LeastSquares, MedianRatio, TrimmedMeanRatio, reference
@@ -137,24 +137,46 @@ def _case(estimator: Any, count: int, *goals: Goal, dtype: str = "float32", kind
     return Case(str(estimator), size, partial(_matches, count, dtype, kind), every, compare, goals)
 
 
+def _prototype(count: int, limit: float, why: str) -> Goal:
+    """Return the goal of a call beside a prototype of the median, at a car's matches."""
+
+    def pool() -> list[Any]:
+        return [np.array(_matches(count, "float32", "noisy"))]
+
+    def kernel() -> Implementation:
+        return native.median_ratios(_scales(MedianRatio(), count, "float32", "noisy"), count, LEAST)
+
+    kernels = {native.PROTOTYPE: kernel} if native.HAS_MEDIAN else {}
+    case = Case("median prototype", f"{count} float32", pool, kernels, compare=lambda *_: None)  # it verifies itself
+    of = _pictures(count) * native.ROUNDS
+    return Goal(limit, native.PROTOTYPE, case, of=of, label="prototype, a car", why=why)
+
+
+COUNTS = (200, 1000, 3000)
 _medians = {
-    count: _case(MedianRatio(), count, Goal(limit, "reference", why=HALF))
+    count: _case(
+        MedianRatio(),
+        count,
+        Goal(limit, "reference", why=HALF),
+        *([_prototype(count, 1.4, HALF)] if count in COUNTS else []),
+    )
     for count, limit in ((50, 30), (200, 140), (1000, 270), (3000, 350))
 }
 
 
-def _beside_median(estimator: Any, count: int, limit: float, why: str, **case: str) -> Case:
-    """Return a case that may take ``limit`` times as long as the median of a car's matches."""
-    return _case(estimator, count, Goal(limit, other=_medians[count], label="median of a car", why=why), **case)
+def _beside_median(estimator: Any, count: int, limit: float, why: str) -> Case:
+    """Return a case all over the image that may take ``limit`` times as long as the median of a car's matches."""
+    goal = Goal(limit, other=_medians[count], label="median of a car", why=why)
+    return _case(estimator, count, goal, kind=ORDINARY)
 
 
 CASES = [
     *_medians.values(),
     *(_case(MedianRatio(), 200, kind=kind) for kind in ODD),
     *(_case(MedianRatio(), 3000, Goal(10, other=_medians[3000], label="noisy", why=ALIKE), kind=kind) for kind in ODD),
-    *(_beside_median(MedianRatio(), count, 2.5, IMAGE, kind=kind) for count in (200, 1000, 3000) for kind in IMAGES),
-    *(_beside_median(Consensus(), count, 1.5, REFINED, kind=ORDINARY) for count in (200, 1000, 3000)),
-    *(_beside_median(TrimmedMeanRatio(), count, 3, SAMPLE, kind=ORDINARY) for count in (200, 1000, 3000)),
+    *(_case(MedianRatio(), count, _prototype(count, 2.5, IMAGE), kind=kind) for count in COUNTS for kind in IMAGES),
+    *(_beside_median(Consensus(), count, 1.5, REFINED) for count in COUNTS),
+    *(_beside_median(TrimmedMeanRatio(), count, 3, SAMPLE) for count in COUNTS),
     *(
         _case(MedianRatio(), count, Goal(2.2, other=_medians[count], label="float32", why=ALIKE), dtype="float64")
         for count in (200, 3000)

@@ -66,6 +66,8 @@ class Goal:
     other: Case | None = None
     """The case of ``beside``, where it is another one. Our time is to be at most ``limit`` times that time then;
     without another case the time of ``beside`` is to be at least ``limit`` times ours."""
+    of: int = 1
+    """How many inputs ``beside`` answers in a call."""
     plus: Share | None = None
     """What is added to the time of ``beside``."""
     ours: str = OURS
@@ -85,7 +87,7 @@ class Goal:
 
     def parts(self, case: Case) -> list[Share]:
         """Return what the time beside consists of, at a case."""
-        return [Share(self.other or case, self.beside), *([self.plus] if self.plus else [])]
+        return [Share(self.other or case, self.beside, self.of), *([self.plus] if self.plus else [])]
 
     def ratio(self, ours: float, theirs: float) -> float:
         """Return what is held to the limit."""

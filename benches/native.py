@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import ttc_fast
 from benches.case import Implementation
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -24,6 +25,8 @@ READ, COPY, CPP, PROTOTYPE = "bare read", "bare copy", "C++", "prototype"
 ROUNDS = 16
 """How often a prototype goes through its inputs in a call, so that hardly any of the time is the call itself."""
 AVAILABLE = shutil.which(COMMAND[0]) is not None
+HAS_MEDIAN = AVAILABLE and ttc_fast.SIMD_LEVEL == "avx512"
+"""Whether there is a prototype of the median, which is for one level only."""
 
 
 @lru_cache(maxsize=1)
@@ -42,6 +45,12 @@ def library() -> ctypes.CDLL:
         *(ctypes.c_float, ctypes.c_float, ctypes.c_size_t, ctypes.c_void_p),
     )
     native.least_keys.restype = None
+    if HAS_MEDIAN:
+        native.median_ratios.argtypes = (
+            *(ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t),
+            *(ctypes.c_float, ctypes.c_size_t, ctypes.c_void_p),
+        )
+        native.median_ratios.restype = None
     native.kth_smallest.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_void_p)
     native.kth_smallest.restype = ctypes.c_float
     return native
@@ -85,6 +94,19 @@ def least_keys(scans: int, cosines: NDArray[np.float64], low: float, high: float
     names |= {"scans": scans, "beams": len(cosines), "low": low, "high": high, "rounds": ROUNDS}
     call = "least_keys(ranges, scans, beams, inverses, low, high, rounds, out)"
     return Implementation(call, names, prepare=address, verify=is_least)
+
+
+def median_ratios(scales: Sequence[float], count: int, least: float) -> Implementation:
+    """Find the median ratio of each picture of ``count`` matches, ``ROUNDS`` times; right if they are the scales."""
+    out = np.empty(len(scales))
+
+    def is_median(_: NDArray[Any], __: Any) -> bool:
+        return np.allclose(out, scales, rtol=1e-6, atol=0.0)
+
+    names = {"median_ratios": library().median_ratios, "out": address(out), "kept": out}
+    names |= {"pictures": len(scales), "count": count, "least": least, "rounds": ROUNDS}
+    call = "median_ratios(matches, pictures, count, least, rounds, out)"
+    return Implementation(call, names, "matches", prepare=address, verify=is_median)
 
 
 def address(array: NDArray[Any]) -> int:
