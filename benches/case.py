@@ -59,7 +59,10 @@ class Share(NamedTuple):
 
 @dataclass(frozen=True)
 class Goal:
-    """A limit on the ratio of two times: that of ``ours`` and that of ``beside``, at the case or at another one."""
+    """A limit on the ratio of two times: that of ``ours`` and that of ``beside``, at the case or at another one.
+
+    With ``more`` it is a limit on their difference.
+    """
 
     limit: float
     beside: str = OURS
@@ -73,6 +76,8 @@ class Goal:
     ours: str = OURS
     label: str = ""
     """The description of ``beside`` where that takes more than its name."""
+    more: bool = False
+    """Whether the limit is on how much more time ours takes, us, and not on the ratio."""
     why: str = ""
     """The reason why the goal is out of reach, where it is."""
 
@@ -82,8 +87,13 @@ class Goal:
         return self.label or self.beside
 
     @property
+    def at_most(self) -> bool:
+        """Whether the limit is an upper one."""
+        return self.more or self.other is not None
+
+    @property
     def wanted(self) -> str:
-        return f"{'≤' if self.other else '≥'} {self.limit:g}"
+        return f"{'≤' if self.at_most else '≥'} {self.limit:g}{' us more' if self.more else ''}"
 
     def parts(self, case: Case) -> list[Share]:
         """Return what the time beside consists of, at a case."""
@@ -91,10 +101,12 @@ class Goal:
 
     def ratio(self, ours: float, theirs: float) -> float:
         """Return what is held to the limit."""
+        if self.more:
+            return (ours - theirs) / 1e3
         return ours / theirs if self.other else theirs / ours
 
     def is_met(self, ratio: float) -> bool:
-        return ratio <= self.limit if self.other else ratio >= self.limit
+        return ratio <= self.limit if self.at_most else ratio >= self.limit
 
 
 @dataclass(frozen=True, eq=False)

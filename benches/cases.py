@@ -26,7 +26,7 @@ DOMAINS = [
     Domain("Swept paths", paths.CASES, "The scans above. NumPy: arc tangents of all points, without their checks."),
     Domain("Trackers", tracks.CASES, "A tracker made and fed a hundred distances. NumPy: polyfit over the window."),
     Domain("Camera", camera.CASES, f"Matches: {camera.SOURCE}."),
-    Domain("Decisions", brake.CASES, "The default controller beside ScanSweptPath.nearest on the same scans."),
+    Domain("Decisions", brake.CASES, "The default controller beside nearest and unseen of its swept paths."),
 ]
 CASES = [case for domain in DOMAINS for case in domain.cases]
 BY_NAME = {str(case): case for case in CASES}

@@ -28,8 +28,9 @@ LEVEL_TURNS, LEVEL_ROUNDS = 3, 31
 LEGEND = (
     "Medians of whole Python calls, one thread, each pair in turns in one process (levels: one process each, in turns, "
     "the best of three medians), each answer checked before. ≥: how many times as long the other one takes. ≤: how "
-    f"many times as long as the other one it takes. Clouds: {street.SOURCE}; 1M points are frames over and over with "
-    "noise upon them. bare read, bare copy: a loop over the same bytes that does nothing else, called from Python."
+    "many times as long as the other one it takes; us more: how much longer it takes. "
+    f"Clouds: {street.SOURCE}; 1M points are frames over and over with noise upon them. "
+    "bare read, bare copy: a loop over the same bytes that does nothing else, called from Python."
 )
 
 
