@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.floating[Any]]
 
-LARGEST = 1e6
-"""No vehicle reaches farther from its origin, m."""
-
 LONGEST = 1e6
 """The longest horizon, s."""
 
@@ -84,7 +81,7 @@ class SweptPath:
     def __init__(
         self, outline: tuple[float, float, float, float], *, horizon: float = 5.0, no_data: float | None = None
     ) -> None:
-        self._outline = checked_path(outline)
+        self._outline = checked_outline(outline)
         self._horizon = duration("horizon", horizon, LONGEST)
         self._no_data = checked_no_data(no_data)
 
@@ -233,11 +230,3 @@ def ways(
     for way in found:
         Sweep(outline, horizon, way.motion)
     return found
-
-
-def checked_path(outline: Any) -> Outline:
-    """Return the shape of a vehicle that sweeps."""
-    result = checked_outline(outline)
-    if not all(abs(edge) <= LARGEST for edge in result):
-        raise ValueError(f"outline must lie within {LARGEST} m of the vehicle's origin")
-    return result

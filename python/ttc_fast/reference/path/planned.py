@@ -16,7 +16,7 @@ import numpy as np
 
 from ttc_fast.reference.arguments import finite
 from ttc_fast.reference.path.sweep import Sweep
-from ttc_fast.reference.vehicle import Motion
+from ttc_fast.reference.vehicle import LARGEST, Motion
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
     Bools = NDArray[np.bool_]
 
-LARGEST = 1e6
-"""No point of a path is farther than this in x or y, m."""
 NEAR = 1.0
 """The path may begin this far from the vehicle's origin, in lengths of the vehicle."""
 FADE = 2.0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ttc_fast.reference.arguments import duration, finite, non_negative, output
-from ttc_fast.reference.path import LONGEST, Way, checked_path, ways
+from ttc_fast.reference.path import LONGEST, Way, ways
 from ttc_fast.reference.path.sweep import Sweep
 from ttc_fast.reference.scan import Nearest, NearestBatch, ScanTTC
 from ttc_fast.reference.scan.field_of_view import STRIPS, FieldOfView, leading_edge, longest_run
@@ -43,7 +43,7 @@ class ScanSweptPath:
         self._scan, self._horizon = scan, duration("horizon", horizon, LONGEST)
         if scan._outline is None:
             raise ValueError("scan must have an outline, which is what sweeps")
-        self._outline = checked_path(scan._outline)
+        self._outline = scan._outline
         self._view = FieldOfView(scan)
 
     @property

@@ -30,9 +30,6 @@ use crate::vehicle::{Motion, Outline};
 use frame::Planar;
 use sweep::Approach;
 
-/// No vehicle reaches farther from its origin, m. This keeps every product far from overflow.
-const LARGEST: f64 = 1e6;
-
 /// The longest horizon, s.
 const LONGEST: f64 = 1e6;
 
@@ -71,10 +68,7 @@ impl SweptPath {
     /// # Errors
     /// When the outline is no rectangle, or the horizon no time.
     pub fn new(outline: Outline, horizon: f64, level: Level) -> Result<Self, Error> {
-        let Outline { x_rear, x_front, y_right, y_left } = outline.checked()?;
-        if [x_rear, x_front, y_right, y_left].into_iter().any(|edge| edge.abs() > LARGEST) {
-            return Err(Error::new("outline", format!("must lie within {LARGEST} m of the vehicle's origin")));
-        }
+        outline.checked()?;
         duration("horizon", horizon, LONGEST)?;
         Ok(SweptPath { outline, horizon, level })
     }

@@ -11,7 +11,6 @@
 //! compared with the box around all blocks, and only those in it with each block. What is left is computed exactly,
 //! nearest block first, and a block with a hit ends the search.
 
-use super::LARGEST;
 use super::frame::Frame;
 use super::sweep::Sweep;
 use crate::column::ColumnMut;
@@ -21,7 +20,7 @@ use crate::lanes::{LANES, Lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 use crate::status::Status;
-use crate::vehicle::{Motion, Outline};
+use crate::vehicle::{LARGEST, Motion, Outline};
 
 /// The path may begin this far from the vehicle's origin, in lengths of the vehicle.
 const NEAR: f64 = 1.0;

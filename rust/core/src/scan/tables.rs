@@ -143,8 +143,7 @@ pub(crate) struct Blocks {
 #[derive(Clone, Debug)]
 pub(crate) struct Ahead {
     pub beams: Range<usize>,
-    /// A number below `1 / |cos|` by more than all roundings, 0 where `inside` is beyond the largest number; NaN where
-    /// the beam does not close.
+    /// A number below `1 / |cos|` by more than all roundings; NaN where the beam does not close.
     pub inverse: Vec<Block>,
     /// A number above the offset times `1 / |cos|` by more than all roundings; NaN where the beam is ignored.
     pub inside: Vec<Block>,
@@ -217,12 +216,10 @@ impl Ahead {
         let first = (0..count).find(closing).unwrap_or(count).min(count.saturating_sub(LANES));
         let end = (0..count).rfind(closing).map_or(0, |last| last + 1).max((first + LANES).min(count));
         let within = first..end;
-        let largest = f32::MAX.to_f64();
-        let inside = |beam: usize| beams.offset[beam] * inverse(beam).abs() * (1.0 + slack());
-        let below = |beam: usize| if inside(beam) < largest { inverse(beam) * (1.0 - slack()) } else { 0.0 };
+        let below = |beam: usize| inverse(beam) * (1.0 - slack());
         Ahead {
             inverse: blocks(&within, |beam| if closing(&beam) { below(beam) } else { f64::NAN }),
-            inside: blocks(&within, |beam| inside(beam).min(largest)),
+            inside: blocks(&within, |beam| beams.offset[beam] * inverse(beam).abs() * (1.0 + slack())),
             beams: within,
         }
     }
