@@ -3,7 +3,7 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use ttc_fast_benches::Random;
-use ttc_fast_core::cloud::{Estimator, Gate, MinX, robust_min_x};
+use ttc_fast_core::cloud::{CheckedGate, Estimator, Gate, MinX, robust_min_x};
 use ttc_fast_core::column::{Column, Table};
 use ttc_fast_core::points::{Intensity, Points};
 use ttc_fast_core::simd::Level;
@@ -17,8 +17,9 @@ const K: usize = 10;
 const CLOUDS: usize = 4;
 
 /// Low things in the own lane that reflect.
-fn gate() -> Gate {
-    Gate { x: (2.0, 20.0), z: Some((-1.5, -0.9)), intensity: Some((0.1, 1.0)), ..Gate::default() }
+fn gate() -> CheckedGate {
+    let gate = Gate { x: (2.0, 20.0), z: Some((-1.5, -0.9)), intensity: Some((0.1, 1.0)), ..Gate::default() };
+    gate.checked().expect("the gate makes sense")
 }
 
 /// Things all around, a few of a thousand of them inside the gate. The same in every run.
@@ -54,7 +55,7 @@ fn inside(rows: &[Row]) -> Vec<f32> {
 }
 
 fn run(rows: &[Row], estimator: Estimator, level: Level) -> MinX {
-    robust_min_x(points(black_box(rows)), &gate(), estimator, level, 1).expect("the settings make sense")
+    robust_min_x(&points(black_box(rows)), &gate(), estimator, level, 1).expect("the settings make sense")
 }
 
 fn check(rows: &[Row], estimator: Estimator, level: Level) {

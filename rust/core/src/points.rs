@@ -72,26 +72,27 @@ impl<'a, T: Real> Points<'a, T> {
     ///
     /// # Errors
     /// When the columns differ in shape, or there are more points than 32 bits can number.
+    #[inline(always)]
     pub fn new(xyz: [Table<'a, T>; 3], intensity: Option<Intensity<'a>>) -> Result<Self, Error> {
         let shape = |table: &Table<'_, T>| (table.rows(), table.columns());
         let [x, y, z] = &xyz;
-        let alike = intensity.is_none_or(|intensity| intensity.shape() == shape(x));
+        let alike = intensity.as_ref().is_none_or(|intensity| intensity.shape() == shape(x));
         if shape(x) != shape(y) || shape(y) != shape(z) || !alike {
             return Err(Error::new("points", "must have columns of equal shape"));
         }
         if u32::try_from(x.rows() * x.columns()).is_err() {
             return Err(Error::new("points", format!("must be fewer than 2^32, got {}", x.rows() * x.columns())));
         }
-        if x.rows() == 1 {
-            return Ok(Points { xyz, intensity });
-        }
-        let flat = xyz.map(Table::flat);
-        let whole = intensity.map(Intensity::flat);
-        let same = |rows: usize| flat.iter().all(|table| table.rows() == rows);
-        if same(1) && whole.is_none_or(|intensity| intensity.shape().0 == 1) {
-            return Ok(Points { xyz: flat, intensity: whole });
-        }
-        Ok(Points { xyz, intensity })
+        let points = Points { xyz, intensity };
+        Ok(if points.count() == 1 { points } else { points.flat() })
+    }
+
+    /// The same points in one row, if the memory of all rows is one piece.
+    fn flat(self) -> Self {
+        let flat = Points { xyz: self.xyz.map(Table::flat), intensity: self.intensity.map(Intensity::flat) };
+        let is_one = flat.xyz.iter().all(|table| table.rows() == 1)
+            && flat.intensity.as_ref().is_none_or(|intensity| intensity.shape().0 == 1);
+        if is_one { flat } else { self }
     }
 
     /// A batch of clouds, one in each row, which stay apart.
@@ -109,8 +110,10 @@ impl<'a, T: Real> Points<'a, T> {
     }
 
     /// The columns x, y and z of row `row`, as stored.
+    #[inline(always)]
     pub(crate) fn xyz(&self, row: usize) -> [Column<'a, T>; 3] {
-        self.xyz.map(|table| table.row(row))
+        let [x, y, z] = &self.xyz;
+        [x.row(row), y.row(row), z.row(row)]
     }
 
     /// The number of points.
@@ -134,19 +137,17 @@ impl<'a, T: Real> Points<'a, T> {
     /// Takes the rows of the points in `range`, cut where the range begins and ends, each with the index of its first
     /// point; with their intensities only if those are asked for.
     #[inline(always)]
-    pub(crate) fn each_row(&self, range: Range<usize>, intensity: bool, mut take: impl FnMut(usize, Row<'a, T>)) {
+    pub(crate) fn each_row(&self, range: Range<usize>, intensity: bool, mut take: impl FnMut(usize, &Row<'a, T>)) {
         let columns = self.xyz[0].columns();
-        let stored = if intensity { self.intensity } else { None };
+        let stored = if intensity { self.intensity.as_ref() } else { None };
+        let whole = |row| Row { xyz: self.xyz(row), intensity: stored.map(|intensity| intensity.row(row)) };
         if self.xyz[0].rows() == 1 && range.len() == columns {
-            let xyz = self.xyz.map(|table| table.row(0));
-            return take(0, Row { xyz, intensity: stored.map(|intensity| intensity.row(0)) });
+            return take(0, &whole(0));
         }
         for row in range.start / columns.max(1)..range.end.div_ceil(columns.max(1)) {
             let first = row * columns;
             let (from, to) = (range.start.max(first) - first, range.end.min(first + columns) - first);
-            let xyz = self.xyz.map(|table| table.row(row));
-            let whole = Row { xyz, intensity: stored.map(|intensity| intensity.row(row)) };
-            take(first + from, whole.slice(from, to));
+            take(first + from, &whole(row).slice(from, to));
         }
     }
 
@@ -160,7 +161,7 @@ impl<'a, T: Real> Points<'a, T> {
     pub(crate) fn get(&self, i: usize) -> [T; 3] {
         let columns = self.xyz[0].columns();
         let (row, column) = if i < columns { (0, i) } else { (i / columns, i % columns) };
-        self.xyz.map(|table| table.row(row).get(column))
+        self.xyz(row).map(|stored| stored.get(column))
     }
 }
 
@@ -175,6 +176,7 @@ impl<'a, T: Real> Row<'a, T> {
 }
 
 impl<'a> Intensity<'a> {
+    #[inline(always)]
     fn shape(&self) -> (usize, usize) {
         each_type!(self, Intensity(table) => (table.rows(), table.columns()))
     }
@@ -183,7 +185,8 @@ impl<'a> Intensity<'a> {
         each_type!(self, Intensity(table) => Intensity: table.flat())
     }
 
-    fn row(self, row: usize) -> IntensityRow<'a> {
+    #[inline(always)]
+    fn row(&self, row: usize) -> IntensityRow<'a> {
         each_type!(self, Intensity(table) => IntensityRow: table.row(row))
     }
 }

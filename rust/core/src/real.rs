@@ -66,8 +66,8 @@ pub trait Real:
     fn compress<I: Instructions>(simd: I, x: &Lanes<Self>, keep: u16) -> Lanes<Self>;
     /// Whether it is not a number.
     fn is_nan(self) -> bool;
-    /// Memory that this thread does not use now, so that a short call need not ask for any.
-    fn spare() -> &'static LocalKey<Cell<Vec<Self>>>;
+    /// Memory for numbered values that this thread does not use now, so that a short call need not ask for any.
+    fn spare() -> &'static LocalKey<Cell<(Vec<Self>, Vec<u32>)>>;
 }
 
 macro_rules! real {
@@ -163,9 +163,9 @@ macro_rules! real {
                 $float::is_nan(self)
             }
 
-            fn spare() -> &'static LocalKey<Cell<Vec<Self>>> {
+            fn spare() -> &'static LocalKey<Cell<(Vec<Self>, Vec<u32>)>> {
                 thread_local! {
-                    static SPARE: Cell<Vec<$float>> = const { Cell::new(Vec::new()) };
+                    static SPARE: Cell<(Vec<$float>, Vec<u32>)> = const { Cell::new((Vec::new(), Vec::new())) };
                 }
                 &SPARE
             }

@@ -114,7 +114,7 @@ pub fn robust_min_x(
     let found = interruptible(
         py,
         3 * points.len(),
-        || for_each_type!(points, points => cloud::robust_min_x(*points, gate, estimator, level(), threads)),
+        || for_each_type!(points, points => cloud::robust_min_x(points, gate, estimator, level(), threads)),
     )?;
     found.map(MinX).map_err(value_error)
 }
@@ -208,10 +208,10 @@ pub fn ttc_from_clouds(
     let level = level();
     let found = interruptible(py, 3 * (clouds.0.len() + clouds.1.len()), || match clouds {
         (AnyPoints::Single(previous), AnyPoints::Single(current)) => {
-            Some(cloud::ttc_from_clouds([*previous, *current], dt, gate, estimator, front_offset, level))
+            Some(cloud::ttc_from_clouds([previous, current], dt, gate, estimator, front_offset, level))
         }
         (AnyPoints::Double(previous), AnyPoints::Double(current)) => {
-            Some(cloud::ttc_from_clouds([*previous, *current], dt, gate, estimator, front_offset, level))
+            Some(cloud::ttc_from_clouds([previous, current], dt, gate, estimator, front_offset, level))
         }
         _ => None,
     })?;

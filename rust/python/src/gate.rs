@@ -55,7 +55,7 @@ use ttc_fast_core::cloud::{self, Interval};
 /// >>> ttc_fast.Gate(x=(2.0, 20.0), z=(-1.5, -0.9), intensity=(0.1, 1.0))
 /// Gate(x=(2.0, 20.0), y=(-2.0, 2.0), z=(-1.5, -0.9), intensity=(0.1, 1.0))
 #[pyclass(frozen, module = "ttc_fast")]
-pub struct Gate(pub cloud::Gate);
+pub struct Gate(pub cloud::CheckedGate);
 
 #[pymethods]
 impl Gate {
@@ -146,7 +146,8 @@ impl Gate {
         if front.is_none() && settings.contains("x")? {
             return Ok(Gate(whole));
         }
-        whole.beyond_vehicle(front, sensor_height).map(Gate).map_err(value_error)
+        let beyond = whole.beyond_vehicle(front, sensor_height).and_then(cloud::Gate::checked);
+        beyond.map(Gate).map_err(value_error)
     }
 }
 
@@ -164,10 +165,10 @@ settings! {
 }
 
 /// The gate that an argument says, which is `Gate()` where it is missing.
-pub fn gate<'a>(object: Option<&'a Bound<'_, PyAny>>) -> PyResult<&'a cloud::Gate> {
-    static DEFAULT: LazyLock<cloud::Gate> = LazyLock::new(cloud::Gate::default);
+pub fn gate<'a>(object: Option<&'a Bound<'_, PyAny>>) -> PyResult<&'a cloud::CheckedGate> {
+    static DEFAULT: LazyLock<cloud::CheckedGate> = LazyLock::new(cloud::CheckedGate::default);
     let Some(object) = object else { return Ok(&DEFAULT) };
-    match object.cast::<Gate>() {
+    match object.cast_exact::<Gate>() {
         Ok(gate) => Ok(&gate.get().0),
         Err(_) => Err(PyTypeError::new_err(format!("gate must be a Gate, got {object}"))),
     }

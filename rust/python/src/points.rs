@@ -63,6 +63,7 @@ impl<'py> Cloud<'py> {
     }
 
     /// Whatever is not an array of plain rows already.
+    #[inline(never)]
     fn made(argument: &str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
         if let Ok(separate) = object.cast::<PyTuple>() {
             let arrays = separate.iter().map(|column| array(argument, &column)).collect::<PyResult<Vec<_>>>()?;
@@ -73,26 +74,16 @@ impl<'py> Cloud<'py> {
     }
 
     /// Plain rows: (N, 3) or wider, the fourth column being the intensity, or (H, W, 3) or wider.
+    #[inline(always)]
     fn of_rows(argument: &str, array: Array<'py>) -> PyResult<Self> {
-        if array.shape().last().is_some_and(|width| *width > WIDEST_POINT) {
-            return Err(PyValueError::new_err(format!(
-                "{argument} has shape {:?}, which looks transposed: the last axis is x, y, z and what else a point has; \
-                 {argument}.T turns (4, N) into (N, 4)",
-                array.shape()
-            )));
-        }
-        let points = if let Some((xyz, intensity)) = rows::<f32>(&array) {
+        let points = if array.shape().last().is_some_and(|width| *width > WIDEST_POINT) {
+            return Err(wrong_rows(argument, &array));
+        } else if let Some((xyz, intensity)) = rows::<f32>(&array) {
             AnyPoints::Single(points(xyz, intensity.map(Intensity::F32))?)
         } else if let Some((xyz, intensity)) = rows::<f64>(&array) {
             AnyPoints::Double(points(xyz, intensity.map(Intensity::F64))?)
-        } else if (2..=3).contains(&array.ndim()) && array.shape()[array.ndim() - 1] >= 3 {
-            return Err(wrong_dtype(argument, &array));
         } else {
-            return Err(PyValueError::new_err(format!(
-                "{argument} must have shape (N, 3), (N, 4) or wider, or (H, W, 3) or wider for an organised cloud, \
-                 got {:?}",
-                array.shape()
-            )));
+            return Err(wrong_rows(argument, &array));
         };
         Ok(Cloud { points, _arrays: Arrays::One { _array: array } })
     }
@@ -255,6 +246,21 @@ impl<'py> Frames<'py> {
             _ => return Err(unlike_columns(argument, xyz)),
         };
         Ok(Frames { points, shape, arrays })
+    }
+}
+
+/// What is wrong with an array that is not plain rows.
+#[cold]
+fn wrong_rows(argument: &str, array: &Array<'_>) -> PyErr {
+    match array.shape() {
+        shape @ [.., width] if *width > WIDEST_POINT => PyValueError::new_err(format!(
+            "{argument} has shape {shape:?}, which looks transposed: the last axis is x, y, z and what else a point has; \
+             {argument}.T turns (4, N) into (N, 4)"
+        )),
+        [_, width] | [_, _, width] if *width >= 3 => wrong_dtype(argument, array),
+        shape => PyValueError::new_err(format!(
+            "{argument} must have shape (N, 3), (N, 4) or wider, or (H, W, 3) or wider for an organised cloud, got {shape:?}"
+        )),
     }
 }
 

@@ -167,9 +167,10 @@ fn swept_beams(times: usize) {
 
 fn nearest_ahead(estimator: Estimator, record: usize, times: usize) {
     let z = Gate::height_band(SENSOR_HEIGHT, 0.3, 2.5).expect("the band is not empty");
-    let gate = Gate { z: Some(z), ..Gate::default() };
+    let gate = Gate { z: Some(z), ..Gate::default() }.checked().expect("the gate makes sense");
     in_turn(times, &streets(record), |records| {
-        let found = robust_min_x(points(records, record), &gate, estimator, avx2(), 1).expect("the gate makes sense");
+        let found =
+            robust_min_x(&points(records, record), &gate, estimator, avx2(), 1).expect("the points have what it takes");
         assert_eq!(found.detection, Detection::Found);
     });
 }

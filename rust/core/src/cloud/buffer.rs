@@ -3,11 +3,10 @@
 //!
 //! Distances are stored apart from the numbers of points, so that kernels count and compare them as lanes.
 
-use super::order::{Cut, Found, Least, Nth};
+use super::order::{Cut, Ends, Found, Nth};
 use crate::lanes::{LANES, Lanes, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Level};
-use std::cell::Cell;
 use std::cmp::Ordering;
 use std::mem::take;
 
@@ -46,17 +45,13 @@ pub(super) struct CandidateBuffer<T: Real> {
     index: Vec<u32>,
 }
 
-thread_local! {
-    static SPARE: Cell<Vec<u32>> = const { Cell::new(Vec::new()) };
-}
 /// The most candidates whose memory is kept for the next buffer.
 const KEPT: usize = 1 << 14;
 
 impl<T: Real> Drop for CandidateBuffer<T> {
     fn drop(&mut self) {
         if self.x.capacity() <= KEPT {
-            T::spare().set(take(&mut self.x));
-            SPARE.set(take(&mut self.index));
+            T::spare().set((take(&mut self.x), take(&mut self.index)));
         }
     }
 }
@@ -64,7 +59,7 @@ impl<T: Real> Drop for CandidateBuffer<T> {
 impl<T: Real> CandidateBuffer<T> {
     /// An empty buffer, in the memory of the last one of this thread.
     pub(super) fn new() -> Self {
-        let (mut x, mut index) = (T::spare().take(), SPARE.take());
+        let (mut x, mut index) = T::spare().take();
         x.clear();
         index.clear();
         CandidateBuffer { x, index }
@@ -108,31 +103,20 @@ impl<T: Real> CandidateBuffer<T> {
         self.x.iter().zip(&self.index).map(|(&x, &index)| Candidate { x, index })
     }
 
-    /// The least distance; infinite if the buffer is empty.
-    pub(super) fn least(&mut self, level: Level) -> T {
-        level.run(Least(self.groups()))
-    }
-
-    /// The `n`-th nearest candidate, from 1; of two at one distance the one that came first. There must be as many.
-    pub(super) fn nth(&mut self, n: usize, level: Level) -> Candidate<T> {
-        let Found { x, place } = level.run(Nth { values: self.groups(), n });
-        Candidate { x, index: self.index[place] }
-    }
-
-    /// The number of distances below `limit`, and the least distance that is not below it; infinite if there is none.
-    pub(super) fn cut(&mut self, limit: T, level: Level) -> (usize, T) {
-        level.run(Cut { values: self.groups(), limit })
-    }
-
-    /// The distances of at most `limit`.
-    pub(super) fn up_to(&self, limit: T) -> Vec<T> {
-        self.x[..self.len()].iter().copied().filter(|x| *x <= limit).collect()
+    /// The candidates, of which there must be one, to ask for order statistics.
+    #[inline(always)]
+    pub(super) fn ranking(&mut self, level: Level) -> Ranking<'_, T> {
+        self.x.resize(self.len().next_multiple_of(LANES), T::INFINITY);
+        let x = self.x.as_chunks().0;
+        let (first, greatest) = level.run(Ends(x));
+        Ranking { x, index: &self.index, first, greatest, level }
     }
 
     /// Drops all but the `n` nearest, and returns the distance of the last of them. There must be as many.
     pub(super) fn keep_nearest(&mut self, n: usize, level: Level) -> T {
-        let last = self.nth(n, level).x;
-        let mut ties = n - self.cut(last, level).0;
+        let ranking = self.ranking(level);
+        let last = ranking.nth(n).x;
+        let mut ties = n - ranking.cut(last).0;
         let mut len = 0;
         for place in 0..self.len() {
             let (x, index) = (self.x[place], self.index[place]);
@@ -145,10 +129,51 @@ impl<T: Real> CandidateBuffer<T> {
         self.index.truncate(len);
         last
     }
+}
 
-    /// The distances in groups of lanes.
-    fn groups(&mut self) -> &[Lanes<T>] {
-        self.x.resize(self.len().next_multiple_of(LANES), T::INFINITY);
-        self.x.as_chunks().0
+/// All candidates of a buffer, the first of the nearest, and the greatest distance.
+pub(super) struct Ranking<'a, T> {
+    /// Distances, and infinite ones up to a whole number of groups.
+    x: &'a [Lanes<T>],
+    index: &'a [u32],
+    first: Found<T>,
+    greatest: T,
+    level: Level,
+}
+
+impl<T: Real> Ranking<'_, T> {
+    #[inline(always)]
+    pub(super) fn len(&self) -> usize {
+        self.index.len()
+    }
+
+    /// The least distance; 0.0 where it is -0.0.
+    #[inline(always)]
+    pub(super) fn least(&self) -> T {
+        self.first.x + T::ZERO
+    }
+
+    /// The `n`-th nearest candidate, from 1; of two at one distance the one that came first. There must be as many.
+    #[inline(always)]
+    pub(super) fn nth(&self, n: usize) -> Candidate<T> {
+        let ends = (self.first.x, self.greatest);
+        let nth = || self.level.run(Nth { values: self.x, len: self.len(), ends, n });
+        let Found { x, place } = if n == 1 { self.first } else { nth() };
+        Candidate { x, index: self.index[place] }
+    }
+
+    /// The number of distances below `limit`, and the least distance that is not below it; infinite if there is none.
+    pub(super) fn cut(&self, limit: T) -> (usize, T) {
+        self.level.run(Cut { values: self.x, limit })
+    }
+
+    /// The distances of at most `limit`.
+    pub(super) fn up_to(&self, limit: T) -> Vec<T> {
+        self.x.as_flattened()[..self.len()].iter().copied().filter(|x| *x <= limit).collect()
+    }
+
+    /// The candidates in the order in which they came.
+    pub(super) fn iter(&self) -> impl Iterator<Item = Candidate<T>> {
+        self.x.as_flattened().iter().zip(self.index).map(|(&x, &index)| Candidate { x, index })
     }
 }

@@ -4,9 +4,9 @@
 //! question, how far ahead the nearest real thing is, with its own idea of which points are not real. Estimators see
 //! candidates only as distances ahead, except for the cluster, which needs points.
 
-use super::buffer::{Candidate, CandidateBuffer};
+use super::buffer::{Candidate, Ranking};
 use super::cluster;
-use super::gate::{Gate, check_intensity};
+use super::gate::{CheckedGate, check_intensity};
 use super::pass::Candidates;
 use crate::error::{Error, at_least_one, non_negative, positive, share};
 use crate::points::Points;
@@ -48,26 +48,26 @@ pub struct MinX {
 /// Finds the robust nearest distance ahead of the points inside a gate, by up to `threads` threads.
 ///
 /// # Errors
-/// When the gate or the estimator makes no sense, or the gate bounds an intensity that the points lack.
+/// When the estimator makes no sense, or the gate bounds an intensity that the points lack.
 pub fn robust_min_x<T: Real>(
-    points: Points<'_, T>,
-    gate: &Gate,
+    points: &Points<'_, T>,
+    gate: &CheckedGate,
     estimator: Estimator,
     level: Level,
     threads: usize,
 ) -> Result<MinX, Error> {
-    gate.check()?;
     let estimator = estimator.checked()?;
-    check_intensity(gate, &points)?;
-    let mut found = Candidates::gather(&points, gate, estimator.nearest_needed(), level, threads);
-    Ok(nearest_of(&mut found, &points, gate, estimator, level))
+    check_intensity(gate, points)?;
+    let mut found = Candidates::none(estimator.nearest_needed());
+    found.gather(points, gate, level, threads);
+    Ok(nearest_of(&mut found, points, gate, estimator, level))
 }
 
 /// The robust nearest distance of candidates, which are all, or at least those that the estimator needs.
 pub(super) fn nearest_of<T: Real>(
     Candidates { count, kept, .. }: &mut Candidates<T>,
     points: &Points<'_, T>,
-    gate: &Gate,
+    gate: &CheckedGate,
     estimator: Estimator,
     level: Level,
 ) -> MinX {
@@ -77,8 +77,9 @@ pub(super) fn nearest_of<T: Real>(
         let clear = MinX { x: f64::INFINITY, nearest_x: f64::INFINITY, detection: Detection::Clear, ..nothing };
         return if points.any_valid() { clear } else { nothing };
     }
-    let seen = MinX { nearest_x: kept.least(level).to_f64(), candidates: *count, ..nothing };
-    match estimator.estimate(kept, points, gate, level) {
+    let ranking = kept.ranking(level);
+    let seen = MinX { nearest_x: ranking.least().to_f64(), candidates: *count, ..nothing };
+    match estimator.estimate(&ranking, points, gate, level) {
         None => MinX { detection: Detection::TooFew, ..seen },
         Some(Estimate { x, index, support }) => MinX { x, index, support, detection: Detection::Found, ..seen },
     }
@@ -118,6 +119,7 @@ impl Estimator {
     ///
     /// # Errors
     /// When a count is 0, a quantile is outside [0, 1], or a length or factor is negative or not finite.
+    #[inline(always)]
     pub fn checked(self) -> Result<Self, Error> {
         match self {
             Estimator::Minimum => {}
@@ -154,22 +156,22 @@ impl Estimator {
     /// The estimate, unless there are too few candidates for one.
     fn estimate<T: Real>(
         self,
-        kept: &mut CandidateBuffer<T>,
+        kept: &Ranking<'_, T>,
         points: &Points<'_, T>,
-        gate: &Gate,
+        gate: &CheckedGate,
         level: Level,
     ) -> Option<Estimate> {
         match self {
-            Estimator::Minimum => kth(kept, 1, level),
-            Estimator::KthSmallest(k) => kth(kept, k, level),
-            Estimator::MeanOfLowest(k) => mean_of_lowest(kept, k, level),
+            Estimator::Minimum => kth(kept, 1),
+            Estimator::KthSmallest(k) => kth(kept, k),
+            Estimator::MeanOfLowest(k) => mean_of_lowest(kept, k),
             Estimator::Quantile(q) => {
-                let x = quantile(kept, q, level)?;
-                let (support, _) = kept.cut(T::not_above(x).above(), level);
+                let x = quantile(kept, q)?;
+                let (support, _) = kept.cut(T::not_above(x).above());
                 Some(Estimate { x, index: None, support })
             }
-            Estimator::InterquartileFence(factor) => fenced(kept, factor, level),
-            Estimator::Supported { points, gap } => supported(kept, points, gap, level),
+            Estimator::InterquartileFence(factor) => fenced(kept, factor),
+            Estimator::Supported { points, gap } => supported(kept, points, gap),
             Estimator::Cluster { tolerance, min_points } => {
                 let candidates: Vec<Candidate<T>> = kept.iter().collect();
                 let position =
@@ -192,19 +194,19 @@ struct Estimate {
 }
 
 /// The `k`-th nearest candidate.
-fn kth<T: Real>(kept: &mut CandidateBuffer<T>, k: usize, level: Level) -> Option<Estimate> {
+fn kth<T: Real>(kept: &Ranking<'_, T>, k: usize) -> Option<Estimate> {
     (kept.len() >= k).then(|| {
-        let Candidate { x, index } = kept.nth(k, level);
+        let Candidate { x, index } = kept.nth(k);
         Estimate { x: x.to_f64(), index: Some(index), support: k }
     })
 }
 
 /// The mean of the `k` nearest candidates, added from the nearest on.
-fn mean_of_lowest<T: Real>(kept: &mut CandidateBuffer<T>, k: usize, level: Level) -> Option<Estimate> {
+fn mean_of_lowest<T: Real>(kept: &Ranking<'_, T>, k: usize) -> Option<Estimate> {
     if kept.len() < k {
         return None;
     }
-    let last = kept.nth(k, level).x;
+    let last = kept.nth(k).x;
     let mut lowest = kept.up_to(last.below());
     lowest.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
     lowest.resize(k, last);
@@ -217,19 +219,19 @@ fn mean_of_lowest<T: Real>(kept: &mut CandidateBuffer<T>, k: usize, level: Level
 
 /// The quantile by NumPy's linear rule: between the two order statistics around `q (n - 1)`, weighed from the nearer
 /// one.
-fn quantile<T: Real>(kept: &mut CandidateBuffer<T>, q: f64, level: Level) -> Option<f64> {
+fn quantile<T: Real>(kept: &Ranking<'_, T>, q: f64) -> Option<f64> {
     let last = kept.len().checked_sub(1)?;
     let place = q * last as f64;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "q is in [0, 1]")]
     let below = (place.floor() as usize).min(last);
-    let nearer = kept.nth(below + 1, level).x;
+    let nearer = kept.nth(below + 1).x;
     let low = nearer.to_f64();
     let weight = place - below as f64;
     if weight == 0.0 {
         return Some(low);
     }
     // The next order statistic may be equal.
-    let (count, next) = kept.cut(nearer.above(), level);
+    let (count, next) = kept.cut(nearer.above());
     let high = if count > below + 1 { low } else { next.to_f64() };
     if high == low {
         return Some(low);
@@ -243,34 +245,34 @@ fn quantile<T: Real>(kept: &mut CandidateBuffer<T>, q: f64, level: Level) -> Opt
 }
 
 /// The nearest candidate not below the fence.
-fn fenced<T: Real>(kept: &mut CandidateBuffer<T>, factor: f64, level: Level) -> Option<Estimate> {
-    let (first, third) = (quantile(kept, 0.25, level)?, quantile(kept, 0.75, level)?);
+fn fenced<T: Real>(kept: &Ranking<'_, T>, factor: f64) -> Option<Estimate> {
+    let (first, third) = (quantile(kept, 0.25)?, quantile(kept, 0.75)?);
     let range = third - first;
     let spread = if range.is_finite() { factor * range } else { factor * third - factor * first };
     let fence = first - spread;
     if fence.is_nan() {
         return None; // a spread beyond the largest number
     }
-    let (outside, _) = kept.cut(T::not_below(fence), level);
-    let Candidate { x, index } = kept.nth(outside + 1, level);
+    let (outside, _) = kept.cut(T::not_below(fence));
+    let Candidate { x, index } = kept.nth(outside + 1);
     Some(Estimate { x: x.to_f64(), index: Some(index), support: kept.len() - outside })
 }
 
 /// The nearest candidate with `points` candidates within `gap` behind it.
-fn supported<T: Real>(kept: &mut CandidateBuffer<T>, points: usize, gap: f64, level: Level) -> Option<Estimate> {
+fn supported<T: Real>(kept: &Ranking<'_, T>, points: usize, gap: f64) -> Option<Estimate> {
     /// The growth of the part that is sorted: at first this many times `points`, then this many times more.
     const MORE: usize = 8;
     let enough = |pair: &[T]| pair[points - 1].to_f64() <= pair[0].to_f64() + gap;
     let mut some = points;
     while kept.len() >= points {
         some = some.saturating_mul(MORE).min(kept.len());
-        let limit = kept.nth(some, level).x;
+        let limit = kept.nth(some).x;
         let mut nearest = kept.up_to(limit);
         nearest.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
         if let Some(at) = nearest.windows(points).position(enough) {
             let x = nearest[at];
-            let (reached, _) = kept.cut(T::not_above(x.to_f64() + gap).above(), level);
-            return Some(Estimate { x: x.to_f64(), index: Some(kept.nth(at + 1, level).index), support: reached - at });
+            let (reached, _) = kept.cut(T::not_above(x.to_f64() + gap).above());
+            return Some(Estimate { x: x.to_f64(), index: Some(kept.nth(at + 1).index), support: reached - at });
         }
         if some == kept.len() {
             break;

@@ -6,6 +6,7 @@
 use crate::error::{Error, finite, non_negative};
 use crate::points::Points;
 use crate::real::Real;
+use std::ops::Deref;
 
 /// An interval with its bounds included.
 pub type Interval = (f64, f64);
@@ -93,19 +94,11 @@ impl Default for Gate {
 }
 
 impl Gate {
-    /// Returns the gate if it makes sense.
+    /// Returns the gate with its box, if it makes sense.
     ///
     /// # Errors
     /// When bounds are swapped or NaN, the curvature is not finite, or two axes use the same column.
-    pub fn checked(self) -> Result<Self, Error> {
-        self.check().map(|()| self)
-    }
-
-    /// Checks that the gate makes sense.
-    ///
-    /// # Errors
-    /// When bounds are swapped or NaN, the curvature is not finite, or two axes use the same column.
-    pub fn check(&self) -> Result<(), Error> {
+    pub fn checked(self) -> Result<CheckedGate, Error> {
         interval("x", self.x)?;
         interval("y", self.y)?;
         self.z.map_or(Ok(()), |z| interval("z", z))?;
@@ -114,11 +107,17 @@ impl Gate {
         finite("curvature", self.curvature)?;
         let mut columns = self.axes.map(|axis| axis.column);
         columns.sort_unstable();
-        if columns == [0, 1, 2] {
-            Ok(())
-        } else {
-            Err(Error::new("axes", "must name each of the stored x, y and z once"))
+        if columns != [0, 1, 2] {
+            return Err(Error::new("axes", "must name each of the stored x, y and z once"));
         }
+        let open = (f64::NEG_INFINITY, f64::INFINITY);
+        let [x, y] = if self.is_straight() { [self.x, self.y] } else { [open, open] };
+        let (mut low, mut high) = ([open.0; 4], [open.1; 4]);
+        for (axis, (from, to)) in self.axes.iter().zip([x, y, self.z.unwrap_or(open)]) {
+            (low[axis.column], high[axis.column]) = if axis.flipped { (-to, -from) } else { (from, to) };
+        }
+        (low[3], high[3]) = self.intensity.unwrap_or(open);
+        Ok(CheckedGate { gate: self, low, high })
     }
 
     /// Bounds on z that are heights above a flat road, for a sensor `sensor_height` above it.
@@ -161,27 +160,6 @@ impl Gate {
         self.curvature.abs() < f64::MIN_POSITIVE
     }
 
-    /// The part of the gate that is a box in the stored columns, as bounds (low, high) on x, y, z and intensity.
-    ///
-    /// Only finite coordinates are inside. A curved path leaves x and y open.
-    pub(crate) fn as_box<T: Real>(&self) -> ([T; 4], [T; 4]) {
-        let open = (f64::NEG_INFINITY, f64::INFINITY);
-        let [x, y] = if self.is_straight() { [self.x, self.y] } else { [open, open] };
-        let mut low = [T::ZERO - T::MAX; 4];
-        let mut high = [T::MAX; 4];
-        for (axis, (from, to)) in self.axes.iter().zip([x, y, self.z.unwrap_or(open)]) {
-            let (from, to) = if axis.flipped { (-to, -from) } else { (from, to) };
-            // Only finite coordinates count. Bounds that round to infinity at the wrong end leave nothing.
-            let (from, to) = (T::from_f64(from), T::from_f64(to));
-            let least = T::ZERO - T::MAX;
-            low[axis.column] = if from < least { least } else { from };
-            high[axis.column] = if to > T::MAX { T::MAX } else { to };
-        }
-        let (from, to) = self.intensity.unwrap_or(open);
-        (low[3], high[3]) = (T::from_f64(from), T::from_f64(to));
-        (low, high)
-    }
-
     /// A stored point as (forward, left, up).
     #[inline(always)]
     pub(super) fn oriented<T: Real>(&self, stored: [T; 3]) -> [T; 3] {
@@ -193,7 +171,7 @@ impl Gate {
 
     /// The distance ahead of a stored point on a straight path.
     #[inline(always)]
-    pub(super) fn ahead<T: Real>(&self, stored: [T; 3]) -> T {
+    pub(super) fn ahead<T: Real>(&self, stored: &[T; 3]) -> T {
         let Axis { column, flipped } = self.axes[0];
         if flipped { T::ZERO - stored[column] } else { stored[column] }
     }
@@ -211,6 +189,44 @@ impl Gate {
         let along = forward.atan2(across) / k;
         let offset = (2.0 * y - k * (x * x + y * y)) / (1.0 + (forward * forward + across * across).sqrt());
         (along, offset)
+    }
+}
+
+/// A gate that makes sense, and the part of it that is a box in the stored columns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CheckedGate {
+    gate: Gate,
+    /// Bounds on the stored x, y and z and on the intensity. A curved path leaves x and y open.
+    low: [f64; 4],
+    high: [f64; 4],
+}
+
+impl Default for CheckedGate {
+    fn default() -> Self {
+        Gate::default().checked().expect("the defaults make sense")
+    }
+}
+
+impl Deref for CheckedGate {
+    type Target = Gate;
+
+    fn deref(&self) -> &Gate {
+        &self.gate
+    }
+}
+
+impl CheckedGate {
+    /// The box in the type of the points, as bounds (low, high) on x, y, z and intensity. Only finite coordinates are
+    /// inside, and bounds that round to infinity at the wrong end leave nothing.
+    #[inline(always)]
+    pub(crate) fn as_box<T: Real>(&self) -> ([T; 4], [T; 4]) {
+        let (mut low, mut high) = (self.low.map(T::from_f64), self.high.map(T::from_f64));
+        for column in 0..3 {
+            let least = T::ZERO - T::MAX;
+            low[column] = if low[column] < least { least } else { low[column] };
+            high[column] = if high[column] > T::MAX { T::MAX } else { high[column] };
+        }
+        (low, high)
     }
 }
 

@@ -17,7 +17,7 @@ mod two_frame;
 
 pub use {
     estimator::{Detection, Estimator, MinX, robust_min_x},
-    gate::{Axis, Gate, Interval, REP_103, Road},
+    gate::{Axis, CheckedGate, Gate, Interval, REP_103, Road},
     own_vehicle::{CloudMemory, CloudTracker, StillBody},
     tracker::{Body, CloudSettings, CloudTrack},
     two_frame::{CloudTtc, ttc_from_clouds},

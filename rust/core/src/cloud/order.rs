@@ -16,10 +16,27 @@ pub(super) struct Found<T> {
     pub place: usize,
 }
 
+/// Looks for the first of the least values, and for the greatest of those that are finite; there must be one.
+pub(super) struct Ends<'a, T>(pub &'a [Lanes<T>]);
+
+impl<T: Real> Kernel for Ends<'_, T> {
+    type Output = (Found<T>, T);
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, simd: I) -> (Found<T>, T) {
+        let least = not_below(simd, self.0, T::ZERO - T::MAX);
+        (first_equal(simd, self.0, least), greatest(simd, self.0, T::MAX))
+    }
+}
+
 /// Looks for the `n`-th smallest value, from 1; of equal values the one with the lower place comes first.
 pub(super) struct Nth<'a, T> {
-    /// The values: at least `n` of them are finite, and none is NaN.
+    /// The values; none is NaN.
     pub values: &'a [Lanes<T>],
+    /// The number of finite values, which is at least `n`.
+    pub len: usize,
+    /// The least and the greatest of them.
+    pub ends: (T, T),
     pub n: usize,
 }
 
@@ -28,52 +45,26 @@ impl<T: Real> Kernel for Nth<'_, T> {
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Found<T> {
-        let Nth { values, n } = self;
-        let least = not_below(simd, values, T::ZERO - T::MAX);
-        if n == 1 {
-            return equal(simd, values, least, 0);
-        }
-        let [ties] = up_to(simd, values, [least]);
-        if ties >= n {
-            return equal(simd, values, least, n - 1);
-        }
-        let x = beyond(simd, values, n, least);
-        let [before] = up_to(simd, values, [x.below()]);
-        equal(simd, values, x, n - 1 - before)
-    }
-}
-
-/// The `n`-th smallest value, where fewer than `n` are up to `low`.
-#[inline(always)]
-fn beyond<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], n: usize, mut low: T) -> T {
-    let mut high = greatest(values, T::MAX); // at least `n` are up to it, now and later
-    while let Some(middle) = T::between(low, high) {
-        let before = T::between(low, middle).unwrap_or(low);
-        let behind = T::between(middle, high).unwrap_or(middle);
-        let cuts = [before, middle, behind];
-        for (cut, count) in cuts.into_iter().zip(up_to(simd, values, cuts)) {
-            if count == n {
-                return greatest(values, cut);
+        let Nth { values, len, ends: (least, greatest), n } = self;
+        // Fewer than `n` values are up to `low`, and `count` of them, at least `n`, up to `high`.
+        let (mut low, mut high, mut count) = (least.below(), greatest, len);
+        while let Some(middle) = T::between(low, high) {
+            let before = T::between(low, middle).unwrap_or(low);
+            let behind = T::between(middle, high).unwrap_or(middle);
+            let cuts = [before, middle, behind];
+            for (cut, up_to) in cuts.into_iter().zip(up_to(simd, values, cuts)) {
+                if up_to >= n {
+                    (high, count) = (cut, up_to);
+                    break;
+                }
+                low = cut;
             }
-            if count > n {
-                high = cut;
+            if count == n {
+                high = self::greatest(simd, values, high);
                 break;
             }
-            low = cut;
         }
-    }
-    high
-}
-
-/// Looks for the smallest value; infinite if there is none. Of the two zeros the positive one, whatever comes first.
-pub(super) struct Least<'a, T>(pub &'a [Lanes<T>]);
-
-impl<T: Real> Kernel for Least<'_, T> {
-    type Output = T;
-
-    #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) -> T {
-        not_below(simd, self.0, T::ZERO - T::MAX) + T::ZERO
+        last_equal(simd, values, high, count - n)
     }
 }
 
@@ -165,45 +156,58 @@ fn not_below<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], limit: T) -
     least(lowest)
 }
 
-/// The greatest value up to `limit`, if there is one.
+/// The greatest value up to `limit`; minus infinity if there is none.
 #[inline(always)]
-fn greatest<T: Real>(values: &[Lanes<T>], limit: T) -> T {
-    let mut highest = [T::ZERO - T::MAX; LANES];
+fn greatest<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], limit: T) -> T {
+    let mut lowest = [T::INFINITY; LANES];
     for x in values {
+        let mut negated = [T::INFINITY; LANES];
         for lane in 0..LANES {
-            let counts = (x[lane] <= limit) & (x[lane] > highest[lane]);
-            highest[lane] = if counts { x[lane] } else { highest[lane] };
+            negated[lane] = if x[lane] <= limit { T::ZERO - x[lane] } else { T::INFINITY };
         }
+        T::keep_least(simd, &mut lowest, &negated);
     }
-    let mut negated = [T::ZERO; LANES];
-    for lane in 0..LANES {
-        negated[lane] = T::ZERO - highest[lane];
-    }
-    T::ZERO - least(negated)
+    T::ZERO - least(lowest)
 }
 
-/// The value equal to `x` that comes after `skipped` others.
+/// The first value equal to `x`.
 #[inline(always)]
-fn equal<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], x: T, mut skipped: usize) -> Found<T> {
-    let wanted = [x; LANES];
-    for (group, values) in values.iter().enumerate() {
-        let mut bits = T::within(simd, values, &wanted, &wanted);
+fn first_equal<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], x: T) -> Found<T> {
+    for (group, lanes) in values.iter().enumerate() {
+        let bits = T::within(simd, lanes, &[x; LANES], &[x; LANES]);
+        if bits != 0 {
+            return found(values, group, bits.trailing_zeros());
+        }
+    }
+    unreachable!("x is one of the values")
+}
+
+/// The value equal to `x` that comes before `skipped` others.
+#[inline(always)]
+fn last_equal<T: Real, I: Instructions>(simd: I, values: &[Lanes<T>], x: T, mut skipped: usize) -> Found<T> {
+    for (group, lanes) in values.iter().enumerate().rev() {
+        let mut bits = T::within(simd, lanes, &[x; LANES], &[x; LANES]);
         let count = bits.count_ones() as usize;
         if skipped < count {
             for _ in 0..skipped {
-                bits &= bits - 1;
+                bits ^= 1 << bits.ilog2();
             }
-            let lane = bits.trailing_zeros() as usize % LANES;
-            return Found { x: values[lane], place: group * LANES + lane };
+            return found(values, group, bits.ilog2());
         }
         skipped -= count;
     }
     unreachable!("x is one of the values")
 }
 
+#[inline(always)]
+fn found<T: Real>(values: &[Lanes<T>], group: usize, lane: u32) -> Found<T> {
+    let lane = lane as usize % LANES;
+    Found { x: values[group][lane], place: group * LANES + lane }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Cut, Found, Nth};
+    use super::{Cut, Ends, Found, Nth};
     use crate::lanes::{LANES, padded};
     use crate::real::Real;
     use crate::simd::Level;
@@ -216,7 +220,10 @@ mod tests {
         places.sort_by(|a, b| values[*a].to_f64().partial_cmp(&values[*b].to_f64()).expect("no NaN")); // stable
         for level in Level::all() {
             for (n, &place) in places.iter().enumerate() {
-                let found = level.run(Nth { values: groups, n: n + 1 });
+                let (least, greatest) = level.run(Ends(groups));
+                assert_eq!(least, Found { x: values[places[0]], place: places[0] }, "{level}: {values:?}");
+                let ends = (least.x, greatest);
+                let found = level.run(Nth { values: groups, len: values.len(), ends, n: n + 1 });
                 assert_eq!(found, Found { x: values[place], place }, "{level}: {} of {values:?}", n + 1);
                 let limit = values[place];
                 let below = values.iter().filter(|x| **x < limit).count();

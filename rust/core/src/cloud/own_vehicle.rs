@@ -151,8 +151,12 @@ impl CloudTracker {
         let nearest = BodyTracker::new(settings)?;
         let (from, to) = settings.gate.x;
         let from = from.max(reach(&settings));
-        let gate = Gate { x: (from, to), ..settings.gate };
-        let beyond = (from < to).then(|| BodyTracker::new(CloudSettings { gate, ..settings })).transpose()?;
+        let beyond = if from < to {
+            let gate = Gate { x: (from, to), ..*settings.gate }.checked()?;
+            Some(BodyTracker::new(CloudSettings { gate, ..settings })?)
+        } else {
+            None
+        };
         Ok(CloudTracker { nearest, beyond, still: None })
     }
 
@@ -160,7 +164,7 @@ impl CloudTracker {
     ///
     /// # Errors
     /// When the gate bounds an intensity that the points lack.
-    pub fn update<T: Real>(&mut self, points: Points<'_, T>, stamp: f64, level: Level) -> Result<TrackedTtc, Error> {
+    pub fn update<T: Real>(&mut self, points: &Points<'_, T>, stamp: f64, level: Level) -> Result<TrackedTtc, Error> {
         let seen = self.nearest.update(points, stamp, level)?;
         let settings = self.nearest.settings();
         let distance = seen.distance + settings.front_offset;

@@ -8,7 +8,7 @@
 //! remaining points says how near the nearest are at least, and the pass goes on with that bound.
 
 use super::buffer::CandidateBuffer;
-use super::gate::{Axis, Gate, NonBoxGate};
+use super::gate::{Axis, CheckedGate, NonBoxGate};
 use crate::column::{Column, Records};
 use crate::lanes::{LANES, Lanes, each};
 use crate::points::{Columns, IntensityRow, Layout, Packed, Points, Row};
@@ -37,44 +37,45 @@ const ROOM: usize = 1024;
 const LEAST_PIECE: usize = 1 << 16;
 
 impl<T: Real> Candidates<T> {
-    /// Finds every candidate, or at least the nearest `wanted` of them, by up to `threads` threads.
-    pub(super) fn gather(
-        points: &Points<'_, T>,
-        gate: &Gate,
-        wanted: Option<usize>,
-        level: Level,
-        threads: usize,
-    ) -> Self {
-        let bounds = gate.as_box::<T>();
-        let piece = |range: Range<usize>| {
-            let mut piece = Candidates::none(wanted);
+    /// Adds those of the points, or at least the nearest `wanted` of them, by up to `threads` threads.
+    pub(super) fn gather(&mut self, points: &Points<'_, T>, gate: &CheckedGate, level: Level, threads: usize) {
+        let (bounds, non_box) = (&gate.as_box::<T>(), NonBoxGate::new(gate));
+        let collect = |range: Range<usize>, into: &mut Self| {
             points.each_row(range, gate.intensity.is_some(), |first, row| {
-                piece.collect(&Search { first, row, gate, bounds, level });
+                into.collect(&Search { first, row, gate, bounds, non_box, level });
             });
-            piece
         };
         if threads == 1 {
-            return piece(0..points.len()); // no list for one: a small cloud would notice
+            return collect(0..points.len(), self); // no list for one: a small cloud would notice
         }
-        let found = pieces(threads, points.len(), LEAST_PIECE, piece);
-        found.into_iter().reduce(|all, piece| all.with(&piece)).unwrap_or_else(|| Candidates::none(wanted))
+        let wanted = self.wanted;
+        let found = pieces(threads, points.len(), LEAST_PIECE, |range| {
+            let mut piece = Candidates::none(wanted);
+            collect(range, &mut piece);
+            piece
+        });
+        found.iter().for_each(|piece| self.add(piece));
     }
 
-    /// No candidates yet.
-    fn none(wanted: Option<usize>) -> Self {
+    /// No candidates yet, of which the nearest `wanted` are needed, or all.
+    #[inline(always)]
+    pub(super) fn none(wanted: Option<usize>) -> Self {
         Candidates { count: 0, kept: CandidateBuffer::new(), cap: T::MAX, wanted }
     }
 
     /// Adds the candidates of the points that come after these.
-    fn with(mut self, other: &Self) -> Self {
+    fn add(&mut self, other: &Self) {
         self.count += other.count;
         self.kept.extend(&other.kept);
-        self
     }
 
     /// Collects from a row in whatever layout.
     fn collect(&mut self, search: &Search<'_, T>) {
-        let (ahead, row) = (search.gate.axes[0].column, &search.row);
+        let (ahead, row, len) = (search.gate.axes[0].column, search.row, search.row.xyz[0].len());
+        if len < LANES {
+            (0..len).for_each(|i| search.take_one(i, self));
+            return;
+        }
         if let Some(records) = Records::new(row.xyz) {
             let fourth = row.intensity.is_some_and(|it| it.is_fourth(&records));
             let forward = records.starting_at(ahead);
@@ -147,11 +148,34 @@ struct Search<'a, T> {
     /// Index of the first point of the row.
     first: usize,
     /// The row, with its intensities where the gate bounds them.
-    row: Row<'a, T>,
-    gate: &'a Gate,
+    row: &'a Row<'a, T>,
+    gate: &'a CheckedGate,
     /// The box of the gate.
-    bounds: ([T; 4], [T; 4]),
+    bounds: &'a ([T; 4], [T; 4]),
+    /// The rest of it.
+    non_box: Option<NonBoxGate<'a>>,
     level: Level,
+}
+
+impl<T: Real> Search<'_, T> {
+    /// Takes a point if it is in the gate.
+    #[inline(always)]
+    fn take_one(&self, i: usize, into: &mut Candidates<T>) {
+        let Search { first, row, gate, bounds: (low, high), non_box, .. } = self;
+        let stored = row.xyz.map(|column| column.get(i));
+        let inside = |column: usize| (low[column] <= stored[column]) & (stored[column] <= high[column]);
+        let is_zero = |column: usize| stored[column] == T::ZERO;
+        let bright = match (&row.intensity, gate.intensity) {
+            (Some(intensity), Some(bounds)) => intensity.within(i, bounds),
+            _ => true,
+        };
+        if !(inside(0) & inside(1) & inside(2) & bright) || is_zero(0) & is_zero(1) & is_zero(2) {
+            return;
+        }
+        if let Some(x) = non_box.map_or(Some(gate.ahead(&stored)), |gate| gate.admit(stored)) {
+            into.keep(x, first + i);
+        }
+    }
 }
 
 /// Collects the candidates of a row, from one in `every` groups of points from point `from` on.
@@ -237,8 +261,7 @@ struct Groups<'a, T, L: Layout<T>> {
     /// Whether (0, 0, 0) is in the box; points there never count.
     holds_zero: bool,
     /// The intensities, where they are bounded and are not the fourth number.
-    intensity: Option<IntensityRow<'a>>,
-    non_box: Option<NonBoxGate<'a>>,
+    intensity: Option<&'a IntensityRow<'a>>,
     /// Bounds on the distance ahead, on a straight path.
     ahead: (T, T),
 }
@@ -246,14 +269,13 @@ struct Groups<'a, T, L: Layout<T>> {
 impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
     #[inline(always)]
     fn new(layout: L, search: &'a Search<'a, T>) -> Self {
-        let (low, high) = search.bounds;
+        let (low, high) = *search.bounds;
         let Axis { column, flipped } = search.gate.axes[0];
         let ahead = (low[column], high[column]);
         let ahead = if flipped { (T::ZERO - ahead.1, T::ZERO - ahead.0) } else { ahead };
         let holds_zero = (0..3).all(|column| low[column] <= T::ZERO && T::ZERO <= high[column]);
-        let intensity = search.row.intensity.filter(|_| !layout.compares_fourth());
-        let non_box = NonBoxGate::new(search.gate);
-        Groups { layout, search, bounds: L::bounds(low, high), holds_zero, intensity, non_box, ahead }
+        let intensity = search.row.intensity.as_ref().filter(|_| !layout.compares_fourth());
+        Groups { layout, search, bounds: L::bounds(low, high), holds_zero, intensity, ahead }
     }
 
     /// Takes those of the points `at .. at + LANES` that are in the gate and whose bit in `among` is set; says whether
@@ -270,7 +292,7 @@ impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
         let stored = self.layout.forward(at);
         let may_be_zero =
             self.holds_zero && inside & T::within(simd, &stored, &[T::ZERO; LANES], &[T::ZERO; LANES]) != 0;
-        if may_be_zero || self.non_box.is_some() {
+        if may_be_zero || self.search.non_box.is_some() {
             self.take_singly(at, inside, into);
         } else {
             let ahead = if self.search.gate.axes[0].flipped { each(stored, |x| T::ZERO - x) } else { stored };
@@ -284,14 +306,14 @@ impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
     /// Clears the bits of the points from `at` on whose intensity is out of its bounds.
     #[inline(never)] // as the next function: rare code would take registers from the loop
     fn bright(&self, at: usize, bits: u16) -> u16 {
-        let (Some(intensity), Some(bounds)) = (&self.intensity, self.search.gate.intensity) else { return bits };
+        let (Some(intensity), Some(bounds)) = (self.intensity, self.search.gate.intensity) else { return bits };
         each_bit(bits).fold(0, |bright, i| bright | u16::from(intensity.within(at + i, bounds)) << i)
     }
 
     /// Takes the points from `at` on whose bit is set one by one.
     #[inline(never)]
     fn take_singly(&self, at: usize, bits: u16, into: &mut Candidates<T>) {
-        each_bit(bits).for_each(|i| self.take_one(at + i, into));
+        each_bit(bits).for_each(|i| self.search.take_one(at + i, into));
     }
 
     /// Takes the points at one end of a row, which are fewer than `LANES`.
@@ -306,26 +328,7 @@ impl<'a, T: Real, L: Layout<T>> Groups<'a, T, L> {
             next = end;
         }
         for i in next..few.end {
-            self.take_one(i, into);
-        }
-    }
-
-    /// Takes a point if it is in the gate.
-    #[inline(always)]
-    fn take_one(&self, i: usize, into: &mut Candidates<T>) {
-        let Search { first, row, gate, bounds: (low, high), .. } = self.search;
-        let stored = row.xyz.map(|column| column.get(i));
-        let inside = |column: usize| (low[column] <= stored[column]) & (stored[column] <= high[column]);
-        let is_zero = |column: usize| stored[column] == T::ZERO;
-        let bright = match (&row.intensity, gate.intensity) {
-            (Some(intensity), Some(bounds)) => intensity.within(i, bounds),
-            _ => true,
-        };
-        if !(inside(0) & inside(1) & inside(2) & bright) || is_zero(0) & is_zero(1) & is_zero(2) {
-            return;
-        }
-        if let Some(x) = self.non_box.map_or(Some(gate.ahead(stored)), |gate| gate.admit(stored)) {
-            into.keep(x, first + i);
+            self.search.take_one(i, into);
         }
     }
 }

@@ -9,7 +9,7 @@
 
 use super::buffer::Candidate;
 use super::estimator::{Detection, Estimator, nearest_of};
-use super::gate::{Gate, check_intensity};
+use super::gate::{CheckedGate, check_intensity};
 use super::pass::Candidates;
 use crate::alignment::{Alignment, Cell, FARTHEST, Profile, Sighting, Trend, trend};
 use crate::error::{Error, finite, non_negative};
@@ -24,7 +24,7 @@ use std::mem::take;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CloudSettings {
     /// The points that count.
-    pub gate: Gate,
+    pub gate: CheckedGate,
     /// The way in which the edge of the body is found.
     pub estimator: Estimator,
     /// The way in which the motion of the body is found.
@@ -42,7 +42,7 @@ pub struct CloudSettings {
 impl Default for CloudSettings {
     fn default() -> Self {
         CloudSettings {
-            gate: Gate::default(),
+            gate: CheckedGate::default(),
             estimator: Estimator::KthSmallest(10),
             method: Alignment::default(),
             front_offset: 0.0,
@@ -207,7 +207,6 @@ impl BodyTracker {
     /// When a setting makes no sense.
     #[allow(clippy::large_types_passed_by_value, reason = "the tracker keeps them")]
     pub fn new(settings: CloudSettings) -> Result<Self, Error> {
-        settings.gate.checked()?;
         settings.estimator.checked()?;
         settings.method.checked()?;
         finite("front_offset", settings.front_offset)?;
@@ -230,11 +229,12 @@ impl BodyTracker {
     ///
     /// # Errors
     /// When the gate bounds an intensity that the points lack.
-    pub fn update<T: Real>(&mut self, points: Points<'_, T>, stamp: f64, level: Level) -> Result<TrackedTtc, Error> {
+    pub fn update<T: Real>(&mut self, points: &Points<'_, T>, stamp: f64, level: Level) -> Result<TrackedTtc, Error> {
         let CloudSettings { gate, estimator, method, .. } = self.settings;
-        check_intensity(&gate, &points)?;
-        let mut candidates = Candidates::gather(&points, &gate, None, level, 1);
-        let found = nearest_of(&mut candidates, &points, &gate, estimator, level);
+        check_intensity(&gate, points)?;
+        let mut candidates = Candidates::none(None);
+        candidates.gather(points, &gate, level, 1);
+        let found = nearest_of(&mut candidates, points, &gate, estimator, level);
         if !stamp.is_finite() || self.track.stamp.is_some_and(|last| stamp <= last) {
             return Ok(TrackedTtc { status: Status::Invalid, ..self.answer(false) });
         }

@@ -1,7 +1,7 @@
 //! Time-to-collision from how the nearest distance shrinks between two clouds.
 
 use super::estimator::{Detection, Estimator, MinX, robust_min_x};
-use super::gate::Gate;
+use super::gate::CheckedGate;
 use crate::error::{Error, elapsed, finite};
 use crate::motion::ttc_from_distances;
 use crate::points::Points;
@@ -34,9 +34,9 @@ pub struct CloudTtc {
 /// # Errors
 /// When `dt` is not a time or the offset is not a number, and for the reasons of [`robust_min_x`].
 pub fn ttc_from_clouds<T: Real>(
-    [previous, current]: [Points<'_, T>; 2],
+    [previous, current]: [&Points<'_, T>; 2],
     dt: f64,
-    gate: &Gate,
+    gate: &CheckedGate,
     estimator: Estimator,
     front_offset: f64,
     level: Level,

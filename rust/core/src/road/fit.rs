@@ -97,7 +97,7 @@ fn columns<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Vec<VoxelCol
     let layers = (2.0 * reach * LAYERS_PER_METRE).ceil() as usize;
     let mut sums = vec![Sums::default(); rows * across_squares * layers];
 
-    let (low, high) = search.region().as_box::<T>();
+    let (low, high) = search.region().expect("the search was checked").as_box::<T>();
     points.each_row(0..points.len(), false, |_, row| {
         let [ahead, across, above] = search.axes.map(|axis| Ruler {
             column: row.xyz[axis.column],

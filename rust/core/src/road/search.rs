@@ -1,6 +1,6 @@
 //! The settings of the search for a road: the region to look in, and what to accept.
 
-use crate::cloud::{Axis, Gate, Interval, REP_103};
+use crate::cloud::{Axis, CheckedGate, Gate, Interval, REP_103};
 use crate::error::{Error, at_least_one, finite, positive, share};
 
 /// Voxels are a metre long and wide, and there are this many in a metre of height.
@@ -70,7 +70,7 @@ impl RoadSearch {
                 format!("must be at most {STEEPEST}, got {:?}; it is rise per metre, not degrees", self.max_slope);
             return Err(Error::new("max_slope", problem));
         }
-        self.region().checked()?;
+        self.region()?;
         for (argument, (low, high)) in [("x", self.x), ("y", self.y)] {
             finite(argument, low)?;
             finite(argument, high)?;
@@ -89,10 +89,11 @@ impl RoadSearch {
         Ok(self)
     }
 
-    /// The box that the road could be in.
-    pub(super) fn region(&self) -> Gate {
+    /// The box that the road could be in, if it makes sense.
+    pub(super) fn region(&self) -> Result<CheckedGate, Error> {
         let (middle, reach) = (-self.sensor_height, self.reach());
-        Gate { x: self.x, y: self.y, z: Some((middle - reach, middle + reach)), axes: self.axes, ..Gate::default() }
+        let z = Some((middle - reach, middle + reach));
+        Gate { x: self.x, y: self.y, z, axes: self.axes, ..Gate::default() }.checked()
     }
 
     /// The farthest that the road could be from minus the height of the sensor in the whole region, m.

@@ -103,7 +103,7 @@ macro_rules! choices {
     ($value:ident, $object:ident: $kind:ty, $wanted:literal { $($class:ident),* }) => {
         /// The value that an object stands for.
         pub fn $value(object: &Bound<'_, PyAny>) -> PyResult<$kind> {
-            $(if let Ok(object) = object.cast::<$class>() {
+            $(if let Ok(object) = object.cast_exact::<$class>() { // no class has subclasses
                 return Ok(object.get().core());
             })*
             let (argument, wanted) = (stringify!($value), $wanted);

@@ -132,7 +132,7 @@ impl CloudTracker {
         let mut guard = lock(py, &self.tracker);
         let tracker = &mut *guard;
         let seen =
-            release(py, 3 * points.len(), || for_each_type!(points, points => tracker.update(*points, stamp, level())));
+            release(py, 3 * points.len(), || for_each_type!(points, points => tracker.update(points, stamp, level())));
         seen.map(TrackedTTC).map_err(value_error)
     }
 
