@@ -71,6 +71,12 @@ pub trait Instructions: Copy {
         self.within_f32(x, &[f32::NEG_INFINITY; LANES], &[limit; LANES])
     }
 
+    /// Returns those of some bits whose lane is not above `limit`.
+    #[inline(always)]
+    fn and_at_most_f32(self, those: u16, x: &Lanes<f32>, limit: f32) -> u16 {
+        those & self.at_most_f32(x, limit)
+    }
+
     /// Returns a bit for each lane that is not above `limit`.
     #[inline(always)]
     fn at_most_f64(self, x: &Lanes<f64>, limit: f64) -> u16 {
@@ -651,6 +657,15 @@ mod x86 {
         fn at_most_f32(self, x: &Lanes<f32>, limit: f32) -> u16 {
             // SAFETY: `self` proves AVX-512 F; the array is one register long.
             unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(_mm512_loadu_ps(x.as_ptr()), _mm512_set1_ps(limit)) }
+        }
+
+        #[inline(always)]
+        fn and_at_most_f32(self, those: u16, x: &Lanes<f32>, limit: f32) -> u16 {
+            // SAFETY: `self` proves AVX-512 F; the array is one register long.
+            unsafe {
+                let (x, limit) = (_mm512_loadu_ps(x.as_ptr()), _mm512_set1_ps(limit));
+                _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(those, x, limit)
+            }
         }
 
         #[inline(always)]

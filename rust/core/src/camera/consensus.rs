@@ -7,10 +7,10 @@
 //! matches agree in the end; so the larger consensus counts.
 
 use super::matches::{Block, Matches};
-use super::similarity::Similarity;
+use super::similarity::{Centred, Selection, Similarity, count};
 use super::spread::Strained;
 use crate::interrupt::worked;
-use crate::lanes::{LANES, Lanes, lanes};
+use crate::lanes::{LANES, Lanes, lanes, sum};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 
@@ -35,35 +35,50 @@ const UNCHANGED: f64 = 0.1;
 const MOST_ROUNDS: usize = 20;
 
 impl Ransac {
-    /// The matches that agree; `None` if there are fewer than two, or if no two agree.
-    pub(super) fn inliers<T: Real>(self, matches: &Matches<T>, level: Level) -> Option<Matches<T>> {
+    /// A bit for each match that agrees; `None` if there are fewer than two, or if no two agree.
+    pub(super) fn inliers<T: Real>(self, matches: &Matches<T>, level: Level) -> Option<Vec<u16>> {
         let squared = self.tolerance * self.tolerance;
-        let best = self.best_of_pairs(matches, squared, level)?;
-        let least = if is_rounded(matches) { squared } else { squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE) };
+        let best = level.run(Search { ransac: self, matches, squared })?;
+        let all = Selection { matches, those: &matches.all(), level };
+        let least = if is_rounded(all) { squared } else { squared.min(LEAST_TOLERANCE * LEAST_TOLERANCE) };
         let refinement = Refinement { matches, squared, least, level };
-        let first = agreeing(&refinement.residuals(|p, c| best.squared_residual(p, c)), squared);
+        let first = refinement.agreeing(|p, c| best.squared_residual(p, c), &vec![0; matches.blocks().len()]);
         let unstrained = refinement.settled(first.clone(), |those| {
-            Similarity::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c))
+            let fitted = Centred::of(those)?.similarity();
+            Some(move |p, c| fitted.squared_residual(p, c))
         });
         let [direct, by_similarity] = [first, unstrained].map(|those| {
             refinement
                 .settled(those, |those| Strained::fitted(those).map(|fitted| move |p, c| fitted.squared_residual(p, c)))
         });
-        Some(matches.select(if by_similarity.len() > direct.len() { &by_similarity } else { &direct }))
+        Some(if count(&by_similarity) > count(&direct) { by_similarity } else { direct })
     }
+}
 
-    /// The similarity through two matches that most matches agree with; of several the first.
-    fn best_of_pairs<T: Real>(self, matches: &Matches<T>, squared: f64, level: Level) -> Option<Similarity> {
+/// Finds the similarity through two matches that most matches agree with; of several the first.
+struct Search<'m, T> {
+    ransac: Ransac,
+    matches: &'m Matches<T>,
+    /// A match whose squared residual is larger does not agree, px^2.
+    squared: f64,
+}
+
+impl<T: Real> Kernel for Search<'_, T> {
+    type Output = Option<Similarity>;
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, simd: I) -> Option<Similarity> {
+        let Search { ransac: Ransac { trials, seed, .. }, matches, squared } = self;
         let others = matches.len().checked_sub(1).filter(|others| *others > 0)?;
-        let mut random = SplitMix64(self.seed);
+        let mut random = SplitMix64(seed);
         let mut best = None;
         let mut most = 1;
-        for _ in 0..self.trials {
+        for _ in 0..trials {
             worked(matches.len());
             let (first, second) = random.below(matches.len(), others);
             let second = second + usize::from(second >= first);
             if let Some(similarity) = Similarity::through(matches, first, second) {
-                let votes = level.run(Votes { matches, similarity, squared, most });
+                let votes = votes(simd, matches, similarity, squared, most);
                 if votes > most {
                     (best, most) = (Some(similarity), votes);
                 }
@@ -71,6 +86,28 @@ impl Ransac {
         }
         best
     }
+}
+
+/// Counts the matches that agree, or fewer of them once there cannot be more than `most`: of matches that nearly all move
+/// as one body, most similarities are given up after a few that do not agree.
+#[inline(always)]
+fn votes<T: Real>(
+    simd: impl Instructions,
+    matches: &Matches<T>,
+    similarity: Similarity,
+    squared: f64,
+    most: usize,
+) -> usize {
+    let (mut votes, mut left) = (0, matches.len());
+    for block in matches.blocks() {
+        let residual = each_match(block, &|p, c| similarity.squared_residual(p, c));
+        votes += f64::within(simd, &residual, &[0.0; LANES], &[squared; LANES]).count_ones() as usize;
+        left = left.saturating_sub(LANES);
+        if votes + left <= most {
+            break;
+        }
+    }
+    votes
 }
 
 /// The search for matches that agree with a map that is fitted to them.
@@ -85,14 +122,12 @@ struct Refinement<'m, T> {
 
 impl<T: Real> Refinement<'_, T> {
     /// The matches that it settles on, from those of a first guess.
-    fn settled<R: Residual>(&self, mut agreed: Vec<usize>, fit: impl Fn(&Matches<T>) -> Option<R>) -> Vec<usize> {
+    fn settled<R: Residual>(&self, mut agreed: Vec<u16>, fit: impl Fn(Selection<'_, T>) -> Option<R>) -> Vec<u16> {
         for _ in 0..MOST_ROUNDS {
-            let Some(residual) = fit(&self.matches.select(&agreed)) else { break };
-            let residuals = self.residuals(residual);
-            // The variance of a coordinate of those that agreed, px^2.
-            let noise = agreed.iter().map(|i| residuals[*i]).sum::<f64>() / (2 * agreed.len()) as f64;
-            let next = agreeing(&residuals, self.squared.min(noise * WIDTH_SQUARED).max(self.least));
-            if next.len() < 3 || next == agreed {
+            let those = Selection { matches: self.matches, those: &agreed, level: self.level };
+            let Some(residual) = fit(those) else { break };
+            let next = self.agreeing(residual, &agreed);
+            if count(&next) < 3 || next == agreed {
                 break;
             }
             agreed = next;
@@ -100,17 +135,10 @@ impl<T: Real> Refinement<'_, T> {
         agreed
     }
 
-    /// The squared residual of every match, px^2.
-    fn residuals(&self, residual: impl Residual) -> Vec<f64> {
-        let mut residuals = self.level.run(Residuals { matches: self.matches, residual });
-        residuals.truncate(self.matches.len());
-        residuals
+    /// A bit for each match that agrees with a map by the errors of those that agreed, if there are any.
+    fn agreeing(&self, residual: impl Residual, agreed: &[u16]) -> Vec<u16> {
+        self.level.run(Agreeing { refinement: self, residual, agreed })
     }
-}
-
-/// The numbers of the matches whose squared residual is at most `squared`.
-fn agreeing(residuals: &[f64], squared: f64) -> Vec<usize> {
-    (0..residuals.len()).filter(|i| residuals[*i] <= squared).collect()
 }
 
 /// The squared residual of a match under a map, from where it was and where it is.
@@ -118,24 +146,30 @@ trait Residual: Fn([f64; 2], [f64; 2]) -> f64 {}
 
 impl<R: Fn([f64; 2], [f64; 2]) -> f64> Residual for R {}
 
-/// Computes the residuals of all matches, and of the lanes behind the last.
-struct Residuals<'m, T, R> {
-    matches: &'m Matches<T>,
+struct Agreeing<'m, T, R> {
+    refinement: &'m Refinement<'m, T>,
     residual: R,
+    agreed: &'m [u16],
 }
 
-impl<T: Real, R: Residual> Kernel for Residuals<'_, T, R> {
-    type Output = Vec<f64>;
+impl<T: Real, R: Residual> Kernel for Agreeing<'_, T, R> {
+    type Output = Vec<u16>;
     const AVX512: bool = false;
 
     #[inline(always)]
-    fn run<I: Instructions>(self, _: I) -> Vec<f64> {
-        let blocks = self.matches.blocks();
-        let mut residuals = vec![0.0; LANES * blocks.len()];
-        for (block, out) in blocks.iter().zip(residuals.as_chunks_mut::<LANES>().0) {
-            *out = each_match(block, &self.residual);
+    fn run<I: Instructions>(self, simd: I) -> Vec<u16> {
+        let Agreeing { refinement: Refinement { matches, squared, least, .. }, residual, agreed } = self;
+        let residuals: Vec<_> = matches.blocks().iter().map(|block| each_match(block, &residual)).collect();
+        let mut sums = [0.0; LANES];
+        for (residuals, bits) in residuals.iter().zip(agreed) {
+            for lane in 0..LANES {
+                sums[lane] += if bits >> lane & 1 == 1 { residuals[lane] } else { 0.0 };
+            }
         }
-        residuals
+        // The variance of a coordinate of those that agreed, px^2; NaN of none.
+        let noise = sum(sums) / (2 * count(agreed)) as f64;
+        let most = [squared.min(noise * WIDTH_SQUARED).max(*least); LANES];
+        residuals.iter().map(|residuals| f64::within(simd, residuals, &[0.0; LANES], &most)).collect()
     }
 }
 
@@ -148,41 +182,10 @@ fn each_match<T: Real>([x0, y0, x1, y1]: &Block<T>, residual: &impl Residual) ->
 /// Whether positions are rounded to the pixels of a picture or of a smaller copy of it. Then many do not change at all,
 /// and the others change by too much: errors are as large as such a step, and only their mean says how far the body
 /// moved.
-fn is_rounded<T: Real>(matches: &Matches<T>) -> bool {
-    let same = |i: usize| {
-        let (p, c) = matches.get(i);
-        usize::from(p[0] == c[0]) + usize::from(p[1] == c[1])
-    };
-    let unchanged: usize = (0..matches.len()).map(same).sum();
-    unchanged as f64 > UNCHANGED * (2 * matches.len()) as f64
-}
-
-/// Counts the matches that agree, or fewer of them once there cannot be more than `most`: of matches that nearly all move
-/// as one body, most similarities are given up after a few that do not agree.
-struct Votes<'m, T> {
-    matches: &'m Matches<T>,
-    similarity: Similarity,
-    squared: f64,
-    most: usize,
-}
-
-impl<T: Real> Kernel for Votes<'_, T> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) -> usize {
-        let Votes { matches, similarity, squared, most } = self;
-        let (mut votes, mut left) = (0, matches.len());
-        for block in matches.blocks() {
-            let residual = each_match(block, &|p, c| similarity.squared_residual(p, c));
-            votes += f64::within(simd, &residual, &[0.0; LANES], &[squared; LANES]).count_ones() as usize;
-            left = left.saturating_sub(LANES);
-            if votes + left <= most {
-                break;
-            }
-        }
-        votes
-    }
+fn is_rounded<T: Real>(all: Selection<'_, T>) -> bool {
+    let unchanged =
+        all.sums(|p, c| [[0, 1].map(|axis: usize| if p[axis] == c[axis] { 1.0 } else { 0.0 }).iter().sum()]);
+    unchanged[0] > UNCHANGED * (2 * all.len()) as f64
 }
 
 /// The generator `SplitMix64` [Steele, Lea and Flood 2014].

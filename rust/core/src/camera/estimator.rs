@@ -3,7 +3,7 @@
 use super::consensus::Ransac;
 use super::matches::Matches;
 use super::pairs::{Ratio, Rule};
-use super::similarity::Centred;
+use super::similarity::{Centred, Selection};
 use super::spread::{Strained, spread};
 use super::{mean, median};
 use crate::error::{Error, count_in, positive};
@@ -77,25 +77,32 @@ impl Estimator {
         level: Level,
         threads: usize,
     ) -> Option<Estimate> {
+        let every = matches.all();
+        let all = Selection { matches, those: &every, level };
+        let by = |ratio: Ratio, centred: Option<Centred>| Estimate {
+            scale: ratio.ratio,
+            spread: spread(all, centred, ratio.ratio),
+            pairs: ratio.pairs,
+            support: matches.len(),
+        };
         Some(match self {
-            Estimator::MedianRatio => estimate_by(matches, median::median(matches, rule, level, threads)?),
-            Estimator::TrimmedMeanRatio(share) => estimate_by(matches, mean::trimmed(matches, rule, share, level)?),
+            Estimator::MedianRatio => {
+                let centred = Centred::of(all);
+                by(median::median(matches, centred, rule, level, threads)?, centred)
+            }
+            Estimator::TrimmedMeanRatio(share) => by(mean::trimmed(matches, rule, share, level)?, Centred::of(all)),
             Estimator::LeastSquares => {
-                let centred = Centred::of(matches)?;
-                let scale = centred.similarity().scale();
-                let spread = spread(matches, Some(centred), scale);
-                Estimate { scale, spread, pairs: 0, support: matches.len() }
+                let centred = Centred::of(all)?;
+                by(Ratio { ratio: centred.similarity().scale(), pairs: 0 }, Some(centred))
             }
             Estimator::Consensus { tolerance, trials, seed } => {
                 let agreed = Ransac { tolerance, trials, seed }.inliers(matches, level)?;
-                let (pairs, fitted) = (median::pairs(&agreed, rule, level, threads)?, Strained::fitted(&agreed)?);
-                Estimate { scale: fitted.scale(), spread: fitted.spread, pairs, support: agreed.len() }
+                let those = Selection { matches, those: &agreed, level };
+                let agreed = matches.those(&agreed);
+                let pairs = median::pairs(&agreed, Centred::of(those), rule, level, threads)?;
+                let fitted = Strained::fitted(those)?;
+                Estimate { scale: fitted.scale(), spread: fitted.spread(), pairs, support: agreed.len() }
             }
         })
     }
-}
-
-/// The estimate by a ratio of some matches.
-fn estimate_by<T: Real>(matches: &Matches<T>, Ratio { ratio, pairs }: Ratio) -> Estimate {
-    Estimate { scale: ratio, spread: spread(matches, Centred::of(matches), ratio), pairs, support: matches.len() }
 }

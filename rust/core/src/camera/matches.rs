@@ -5,7 +5,7 @@
 
 use crate::column::Column;
 use crate::error::Error;
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, each};
 use crate::real::Real;
 use crate::simd::Instructions;
 
@@ -27,14 +27,13 @@ pub struct Keypoints<'a, T> {
 /// The x and y before and the x and y now of a group of matches.
 pub(super) type Block<T> = [Lanes<T>; 4];
 
-/// The matches that count, one after the other.
+/// The matches that count, in groups of lanes.
 ///
 /// They are copied because each is read about as often as there are others.
 pub(super) struct Matches<T> {
-    /// The x and y before and the x and y now of each match.
-    rows: Vec<[T; 4]>,
-    /// All matches in groups of lanes, with NaN behind the last.
+    /// All matches, with NaN behind the last.
     blocks: Vec<Block<T>>,
+    len: usize,
 }
 
 impl<T: Real> Matches<T> {
@@ -49,36 +48,44 @@ impl<T: Real> Matches<T> {
         if len >= MOST {
             return Err(Error::new("previous", format!("must have fewer than {MOST} rows, got {len}")));
         }
-        let mut rows = Vec::with_capacity(len);
+        let mut matches = Self::with_room(len);
         for i in 0..len {
             let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|column: usize| columns[column].get(i));
             // One by one: an array of them would go through memory in pieces, and the processor would wait for it.
             if is_position(x0) & is_position(y0) & is_position(x1) & is_position(y1) {
-                rows.push([x0, y0, x1, y1]);
+                matches.push([x0, y0, x1, y1]);
             }
         }
-        Ok(Self::of(rows))
+        Ok(matches)
     }
 
     /// The matches of some numbers, in their order.
     pub(super) fn select(&self, those: &[usize]) -> Self {
-        Self::of(those.iter().map(|i| self.rows[*i]).collect())
+        let mut matches = Self::with_room(those.len());
+        for i in those {
+            matches.push(self.row(*i));
+        }
+        matches
     }
 
-    /// The same matches in float64.
-    pub(super) fn widened(&self) -> Matches<f64> {
-        Matches::of(self.rows.iter().map(|row| row.map(T::to_f64)).collect())
+    fn with_room(len: usize) -> Self {
+        Matches { blocks: Vec::with_capacity(len.div_ceil(LANES)), len: 0 }
     }
 
-    fn of(rows: Vec<[T; 4]>) -> Self {
-        let block = |rows: &[[T; 4]]| {
-            let mut block = [[T::NAN; LANES]; 4];
-            for (lane, row) in rows.iter().enumerate() {
-                (0..4).for_each(|column| block[column][lane] = row[column]);
-            }
-            block
-        };
-        Matches { blocks: rows.chunks(LANES).map(block).collect(), rows }
+    fn push(&mut self, row: [T; 4]) {
+        let (at, lane) = (self.len / LANES, self.len % LANES);
+        if lane == 0 {
+            self.blocks.push([[T::NAN; LANES]; 4]);
+        }
+        let block = &mut self.blocks[at];
+        (0..4).for_each(|column| block[column][lane] = row[column]);
+        self.len += 1;
+    }
+
+    /// The same matches in another form, block by block.
+    #[inline(always)]
+    pub(super) fn map<U>(&self, form: impl FnMut(&Block<T>) -> Block<U>) -> Matches<U> {
+        Matches { blocks: self.blocks.iter().map(form).collect(), len: self.len }
     }
 
     /// All matches in groups of lanes, with NaN behind the last.
@@ -89,26 +96,45 @@ impl<T: Real> Matches<T> {
 
     /// The number of matches.
     pub(super) fn len(&self) -> usize {
-        self.rows.len()
+        self.len
+    }
+
+    /// A bit for each lane that holds a match.
+    pub(super) fn all(&self) -> Vec<u16> {
+        let lanes = |at| u16::MAX >> LANES.saturating_sub(self.len - at);
+        (0..self.len).step_by(LANES).map(lanes).collect()
+    }
+
+    /// The matches whose bits are set.
+    pub(super) fn those(&self, those: &[u16]) -> Self {
+        let is_one = |i: &usize| those[i / LANES] >> (i % LANES) & 1 == 1;
+        self.select(&(0..self.len).filter(is_one).collect::<Vec<_>>())
     }
 
     /// Whether there are no matches.
     pub(super) fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+        self.len == 0
     }
 
     /// The x and y before and the x and y now of match `i`.
     #[inline(always)]
     pub(super) fn row(&self, i: usize) -> [T; 4] {
-        self.rows[i]
+        let block = &self.blocks[i / LANES];
+        [0, 1, 2, 3].map(|column: usize| block[column][i % LANES])
     }
 
     /// The positions of match `i` before and now.
     #[inline(always)]
     pub(super) fn get(&self, i: usize) -> ([f64; 2], [f64; 2]) {
-        let [x0, y0, x1, y1] = self.rows[i].map(T::to_f64);
+        let [x0, y0, x1, y1] = self.row(i).map(T::to_f64);
         ([x0, y0], [x1, y1])
     }
+}
+
+/// A block in float64.
+#[inline(always)]
+pub(super) fn widened<T: Real>(block: &Block<T>) -> Block<f64> {
+    block.map(|column| each(column, T::to_f64))
 }
 
 fn is_position<T: Real>(value: T) -> bool {
@@ -121,6 +147,8 @@ const WORTH_IT: usize = 24 * LANES;
 /// Matches in an order in which neighbours in memory are neighbours in the later picture: blocks are patches of it.
 pub(super) struct Tiles<T> {
     pub matches: Matches<T>,
+    /// The number that each match had before.
+    pub order: Vec<usize>,
     /// The bounds of the blocks, a lane for each.
     pub places: Vec<Places<T>>,
 }
@@ -134,7 +162,8 @@ impl<T: Real> Tiles<T> {
         if matches.len() < WORTH_IT {
             return None;
         }
-        let matches = matches.select(&by_cells(matches));
+        let order = by_cells(matches);
+        let matches = matches.select(&order);
         let bounds = matches.blocks().iter().map(|[_, _, x, y]| (bounds(x), bounds(y)));
         let bounds: Vec<_> = bounds.collect();
         let places = bounds.chunks(LANES).map(|bounds| {
@@ -146,7 +175,7 @@ impl<T: Real> Tiles<T> {
             }
             Places(places)
         });
-        Some(Tiles { places: places.collect(), matches })
+        Some(Tiles { places: places.collect(), order, matches })
     }
 }
 

@@ -4,7 +4,7 @@
 //! pairs has errors of two matches, and a match is in so many of the pairs that its error is as small as it would be in
 //! all: the standard error of the mean is larger by less than a hundredth.
 
-use super::matches::Matches;
+use super::matches::{Matches, widened};
 use super::pairs::{Bracket, Ratio, Rule};
 use super::shifts::{Shifts, group, nth};
 use crate::lanes::LANES;
@@ -39,7 +39,7 @@ pub(super) fn trimmed<T: Real>(matches: &Matches<T>, rule: Rule, share: f64, lev
 /// The quotients of all pairs, or of a sample of them.
 fn sample<T: Real>(matches: &Matches<T>, rule: Rule, level: Level) -> Vec<f64> {
     let shifts = (LEAST_PAIRS / matches.len().max(1)).max(LEAST_SHIFTS);
-    Shifts::new(matches, rule, level).quotients(shifts)
+    Shifts::new(&matches.map(widened)).values(rule, shifts, level)
 }
 
 /// Adds up the roots of the quotients strictly between two ends, lane by lane, so that the sum does not depend on the

@@ -3,7 +3,7 @@
 //! [`matches`] says which matched keypoints count. An [`estimator`] makes one scale of them: [`median`] is the exact
 //! median of all pairs' ratios, with [`ties`] where many are equal; [`mean`] is their mean; [`similarity`] is a fit to
 //! all matches, and [`consensus`] finds the matches that move as one body. [`pairs`] goes through all pairs, sixteen at
-//! a time. [`spread`] is the standard error of the scale.
+//! a time, and [`residuals`] compares their ratios in float32. [`spread`] is the standard error of the scale.
 
 mod consensus;
 mod estimator;
@@ -11,6 +11,7 @@ mod matches;
 mod mean;
 mod median;
 mod pairs;
+mod residuals;
 mod shifts;
 mod similarity;
 mod spread;

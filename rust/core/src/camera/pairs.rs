@@ -5,12 +5,14 @@
 //! sixteen pairs at a time, and hands them to a [`Visitor`].
 
 use super::matches::{Block, MOST, Matches, Places, Tiles};
+use super::shifts::Measure;
 use crate::interrupt::worked;
 use crate::lanes::{LANES, Lanes, lanes};
 use crate::real::Real;
 use crate::simd::{Instructions, Level};
 use crate::threads::pieces;
 use std::cell::Cell;
+use std::cmp::Ordering;
 use std::ops::Range;
 
 /// Two previous positions whose squared distance is at most this are the same spot. It is the square of the smallest
@@ -52,27 +54,19 @@ fn squared(a: [f64; 2], b: [f64; 2]) -> f64 {
     x * x + y * y
 }
 
-/// The squared distances of a group of points from one point.
-#[inline(always)]
-pub(super) fn squared_lanes<T: Real>([x, y]: [&Lanes<T>; 2], from: [T; 2]) -> Lanes<T> {
-    std::array::from_fn(|lane| {
-        let [x, y] = [x[lane] - from[0], y[lane] - from[1]];
-        x * x + y * y
-    })
-}
-
-/// The quotients of the squared distances of two groups of matches, lane by lane, now over before; NaN where the pair
-/// does not count.
-#[inline(always)]
-pub(super) fn quotients(a: [&Lanes<f64>; 4], b: [&Lanes<f64>; 4], rule: Rule) -> Lanes<f64> {
-    lanes(|lane| {
-        let [before, now] = [0, 2].map(|column| {
-            let [x, y] = [b[column][lane] - a[column][lane], b[column + 1][lane] - a[column + 1][lane]];
-            x * x + y * y
-        });
-        let counts = (before > SAME_SPOT) & (now >= rule.least);
-        if counts { now / before } else { f64::NAN }
-    })
+impl Measure<f64> for Rule {
+    /// The quotients of the squared distances of pairs, now over before; NaN where a pair does not count.
+    #[inline(always)]
+    fn of<I: Instructions>(self, _: I, a: [&Lanes<f64>; 4], b: [&Lanes<f64>; 4]) -> Lanes<f64> {
+        lanes(|lane| {
+            let [before, now] = [0, 2].map(|column| {
+                let [x, y] = [b[column][lane] - a[column][lane], b[column + 1][lane] - a[column + 1][lane]];
+                x * x + y * y
+            });
+            let counts = (before > SAME_SPOT) & (now >= self.least);
+            if counts { now / before } else { f64::NAN }
+        })
+    }
 }
 
 /// One ratio of distances for all pairs, and the number of pairs that it rests on.
@@ -103,12 +97,10 @@ impl Middle {
     }
 }
 
-/// The key that quotients are sorted by: their bits, which are in order because quotients are at least 0. Bits are
-/// quicker to compare than values.
+/// The order of values, none of which is NaN.
 #[inline(always)]
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "a key function gets a reference")]
-pub(super) fn in_order(quotient: &f64) -> u64 {
-    quotient.to_bits()
+pub(super) fn in_order<T: Real>(a: &T, b: &T) -> Ordering {
+    a.partial_cmp(b).unwrap_or(Ordering::Equal)
 }
 
 /// Two values that the median should lie between, ends included.
@@ -119,15 +111,22 @@ pub(super) struct Bracket {
 }
 
 impl Bracket {
-    /// The bracket that holds any quotient.
-    pub(super) const ALL: Bracket = Bracket { low: 0.0, high: f64::INFINITY };
+    /// The bracket that holds any value.
+    pub(super) const ALL: Bracket = Bracket { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
     /// The bracket around the value that a share of all values is below, by a sample of `count` values. The sample has
     /// `below` values below this bracket, and the values `inside` it.
     ///
     /// The new bracket reaches `deviations` standard deviations of the rank in the sample to each side. An end that the
     /// sample says nothing about stays as it is.
-    pub(super) fn narrowed(self, inside: &mut [f64], below: usize, count: usize, share: f64, deviations: f64) -> Self {
+    pub(super) fn narrowed<T: Real>(
+        self,
+        inside: &mut [T],
+        below: usize,
+        count: usize,
+        share: f64,
+        deviations: f64,
+    ) -> Self {
         let rank = share * count as f64;
         let margin = deviations * (rank * (1.0 - share)).sqrt() + 1.0;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is at least 0")]
@@ -135,19 +134,19 @@ impl Bracket {
         let high = place((rank + margin).ceil()).filter(|high| *high < inside.len());
         let mut narrow = self;
         if let Some(high) = high {
-            narrow.high = *inside.select_nth_unstable_by_key(high, in_order).1;
+            narrow.high = inside.select_nth_unstable_by(high, in_order).1.to_f64();
         }
         if let Some(low) = place((rank - margin).floor()).filter(|low| *low < inside.len()) {
             // The values up to `high` are in front now.
             let front = high.map_or(inside.len(), |high| high + 1);
-            narrow.low = *inside[..front.max(low + 1)].select_nth_unstable_by_key(low, in_order).1;
+            narrow.low = inside[..front.max(low + 1)].select_nth_unstable_by(low, in_order).1.to_f64();
         }
         narrow
     }
 
-    /// The bracket with both ends farther out by a share of them.
-    pub(super) fn widened(self, share: f64) -> Self {
-        Bracket { low: self.low * (1.0 - share), high: self.high * (1.0 + share) }
+    /// The bracket with both ends farther out.
+    pub(super) fn widened(self, by: f64) -> Self {
+        Bracket { low: self.low - by, high: self.high + by }
     }
 
     /// Whether a value is inside the bracket.
@@ -161,8 +160,10 @@ pub(super) struct AllPairs<'m, T> {
     pub matches: &'m Matches<T>,
     pub places: &'m [Places<T>],
     pub rule: Rule,
+    /// Pairs whose squared distance now is less than this need not be visited.
+    least: T,
     pub level: Level,
-    pub threads: usize,
+    threads: usize,
 }
 
 impl<'m, T: Real> AllPairs<'m, T> {
@@ -171,13 +172,12 @@ impl<'m, T: Real> AllPairs<'m, T> {
         matches: &'m Matches<T>,
         tiles: Option<&'m Tiles<T>>,
         rule: Rule,
+        least: T,
         level: Level,
         threads: usize,
     ) -> Self {
-        match tiles {
-            Some(Tiles { matches, places }) => AllPairs { matches, places, rule, level, threads },
-            None => AllPairs { matches, places: &[], rule, level, threads },
-        }
+        let (matches, places) = tiles.map_or((matches, &[] as &[_]), |tiles| (&tiles.matches, &tiles.places));
+        AllPairs { matches, places, rule, least, level, threads }
     }
 
     /// About the number of groups of pairs.
@@ -187,9 +187,9 @@ impl<'m, T: Real> AllPairs<'m, T> {
 
     /// The results of `pass` for parts of all pairs, one for each piece of work for a thread.
     pub(super) fn each_part<R: Send>(&self, pass: impl Fn(Pairs<'m, T>) -> R + Sync) -> Vec<R> {
-        pieces(self.threads, double_strips(self.matches.len()), LEAST_PIECE, |double_strips| {
-            let least = if self.rule.least < TRUSTED { 0.0 } else { self.rule.least * (1.0 - T::SLACK.to_f64()) };
-            pass(Pairs { matches: self.matches, places: self.places, least: T::not_above(least), double_strips })
+        let AllPairs { matches, places, least, .. } = *self;
+        pieces(self.threads, double_strips(matches.len()), LEAST_PIECE, |double_strips| {
+            pass(Pairs { matches, places, least, double_strips })
         })
     }
 }
@@ -378,7 +378,7 @@ impl Borderline {
 
     /// Notes the pairs of match `i` with those lanes from match `j` on whose bit is set.
     #[inline(always)]
-    pub(super) fn note(&mut self, i: usize, j: usize, bits: u16) {
+    pub(super) fn note(&mut self, i: usize, j: usize, bits: u32) {
         self.words[self.used] = Group::new(i, j, bits).0;
         self.used += usize::from(bits != 0);
     }
@@ -392,8 +392,13 @@ impl Borderline {
         self.overflown
     }
 
-    /// The quotients of the pairs that count, in float64.
-    pub(super) fn quotients<T: Real>(&self, matches: &Matches<T>, rule: Rule) -> Vec<f64> {
+    /// The quotients in float64 of the pairs that count, of matches whose numbers are `order` of those in the pass.
+    pub(super) fn quotients<T: Real>(
+        &self,
+        matches: &Matches<T>,
+        order: impl Fn(usize) -> usize,
+        rule: Rule,
+    ) -> Vec<f64> {
         let groups = &self.words[..self.used];
         let pairs: usize = groups.iter().map(|word| Group(*word).len()).sum();
         let mut quotients = vec![0.0; pairs + 1];
@@ -401,7 +406,7 @@ impl Borderline {
         for word in groups {
             Group(*word).for_each(|i, j| {
                 // It is written whether the pair counts or not, without a branch that would be guessed wrongly.
-                let (quotient, counts) = rule.quotient(matches, i, j);
+                let (quotient, counts) = rule.quotient(matches, order(i), order(j));
                 quotients[used] = quotient;
                 used += usize::from(counts);
             });
@@ -420,7 +425,7 @@ struct Group(u64);
 
 impl Group {
     #[inline(always)]
-    fn new(i: usize, j: usize, bits: u16) -> Self {
+    fn new(i: usize, j: usize, bits: u32) -> Self {
         Group((i as u64) << 40 | (j as u64) << 16 | u64::from(bits))
     }
 

@@ -9,60 +9,62 @@
 //! those nearby are sorted.
 
 use super::matches::Matches;
-use super::pairs::{Bracket, Rule, in_order, quotients};
+use super::pairs::{Bracket, in_order};
 use crate::lanes::{LANES, Lanes, window};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 
-/// Matches in columns, the first half of them again behind the last.
-pub(super) struct Shifts {
-    count: usize,
-    columns: [Vec<f64>; 4],
-    rule: Rule,
-    level: Level,
+/// What a sample holds of each pair.
+pub(super) trait Measure<T>: Copy {
+    /// The values of pairs of two groups of matches, lane by lane; NaN where a pair does not count.
+    fn of<I: Instructions>(self, simd: I, a: [&Lanes<T>; 4], b: [&Lanes<T>; 4]) -> Lanes<T>;
 }
 
-impl Shifts {
-    pub(super) fn new<T: Real>(matches: &Matches<T>, rule: Rule, level: Level) -> Self {
+/// Matches in columns, the first half of them again behind the last.
+pub(super) struct Shifts<T> {
+    count: usize,
+    columns: [Vec<T>; 4],
+}
+
+impl<T: Real> Shifts<T> {
+    pub(super) fn new(matches: &Matches<T>) -> Self {
         let count = matches.len();
         let column = |column: usize| {
-            let mut all = vec![f64::NAN; count + count / 2 + LANES];
-            for i in 0..count {
-                all[i] = matches.row(i)[column].to_f64();
-            }
-            all.copy_within(..count / 2, count);
+            let mut all = Vec::with_capacity(count + count / 2 + 2 * LANES);
+            matches.blocks().iter().for_each(|block| all.extend_from_slice(&block[column]));
+            all.truncate(count);
+            all.extend_from_within(..count / 2);
+            all.extend_from_slice(&[T::NAN; LANES]);
             all
         };
-        Shifts { count, columns: std::array::from_fn(column), rule, level }
+        Shifts { count, columns: std::array::from_fn(column) }
     }
 
-    /// The number of shifts that make all pairs.
-    pub(super) fn all(&self) -> usize {
-        self.count / 2
-    }
-
-    /// The quotients of the pairs of at most `most` shifts that count.
-    pub(super) fn quotients(&self, most: usize) -> Vec<f64> {
-        self.level.run(Sample { matches: self, shifts: most.min(self.all()) })
+    /// The values of the pairs of at most `most` shifts that count.
+    pub(super) fn values(&self, measure: impl Measure<T>, most: usize, level: Level) -> Vec<T> {
+        // Half the number of matches makes all pairs.
+        level.run(Sample { matches: self, measure, shifts: most.min(self.count / 2) })
     }
 }
 
 /// The step between the places of shifts within their parts.
 const STEP: usize = 7;
 
-struct Sample<'m> {
-    matches: &'m Shifts,
+struct Sample<'m, T, M> {
+    matches: &'m Shifts<T>,
+    measure: M,
     shifts: usize,
 }
 
-impl Kernel for Sample<'_> {
-    type Output = Vec<f64>;
+impl<T: Real, M: Measure<T>> Kernel for Sample<'_, T, M> {
+    type Output = Vec<T>;
 
     #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) -> Vec<f64> {
-        let Sample { matches: Shifts { count, columns, rule, .. }, shifts } = self;
+    fn run<I: Instructions>(self, simd: I) -> Vec<T> {
+        let Sample { matches: Shifts { count, columns }, measure, shifts } = self;
         let all = count / 2;
         let [x0, y0, x1, y1] = columns;
+        let (least, most) = ([T::ZERO - T::MAX; LANES], [T::MAX; LANES]);
         let mut kept = Kept::new(shifts * count);
         for part in 0..shifts {
             let (low, high) = (part * all / shifts, (part + 1) * all / shifts);
@@ -71,9 +73,9 @@ impl Kernel for Sample<'_> {
             let end = if 2 * shift == *count { shift } else { *count };
             for i in (0..end).step_by(LANES) {
                 let group = |at| [window(x0, at), window(y0, at), window(x1, at), window(y1, at)];
-                let quotients = quotients(group(i), group(i + shift), *rule);
+                let values = measure.of(simd, group(i), group(i + shift));
                 let live = u16::MAX >> LANES.saturating_sub(end - i);
-                kept.append(simd, &quotients, f64::within(simd, &quotients, &[0.0; LANES], &[f64::MAX; LANES]) & live);
+                kept.append(simd, &values, T::within(simd, &values, &least, &most) & live);
             }
         }
         kept.values()
@@ -81,30 +83,30 @@ impl Kernel for Sample<'_> {
 }
 
 /// Lanes that are kept, one after the other.
-struct Kept {
-    values: Vec<f64>,
+struct Kept<T> {
+    values: Vec<T>,
     len: usize,
 }
 
-impl Kept {
+impl<T: Real> Kept<T> {
     /// Room for a number of values. A call in the inner loop that might ask for more would cost it all its registers.
     fn new(most: usize) -> Self {
-        Kept { values: vec![0.0; most + LANES], len: 0 }
+        Kept { values: vec![T::ZERO; most + LANES], len: 0 }
     }
 
     /// Makes room for more values.
     fn reserve(&mut self, more: usize) {
-        self.values.resize(self.len + more + LANES, 0.0);
+        self.values.resize(self.len + more + LANES, T::ZERO);
     }
 
     #[inline(always)]
-    fn append<I: Instructions>(&mut self, simd: I, x: &Lanes<f64>, keep: u16) {
-        let kept = if keep == u16::MAX { *x } else { f64::compress(simd, x, keep) };
+    fn append<I: Instructions>(&mut self, simd: I, x: &Lanes<T>, keep: u16) {
+        let kept = if keep == u16::MAX { *x } else { T::compress(simd, x, keep) };
         self.values[self.len..self.len + LANES].copy_from_slice(&kept);
         self.len += keep.count_ones() as usize;
     }
 
-    fn values(mut self) -> Vec<f64> {
+    fn values(mut self) -> Vec<T> {
         self.values.truncate(self.len);
         self.values
     }
@@ -118,34 +120,34 @@ const FEW: usize = 512;
 const DEVIATIONS: f64 = 4.0;
 
 /// The bracket around the value that a share of all values is below, by some of them.
-pub(super) fn bracket(values: &[f64], share: f64, deviations: f64, level: Level) -> Bracket {
+pub(super) fn bracket<T: Real>(values: &[T], share: f64, deviations: f64, level: Level) -> Bracket {
     let rough = rough(values, share, deviations.max(DEVIATIONS));
     let (below, mut inside) = level.run(Inside { values, bracket: rough });
     rough.narrowed(&mut inside, below, values.len(), share, deviations)
 }
 
 /// The value of a rank, from 0.
-pub(super) fn nth(values: &[f64], rank: usize, level: Level) -> f64 {
+pub(super) fn nth<T: Real>(values: &[T], rank: usize, level: Level) -> T {
     let share = (rank as f64 + 0.5) / values.len() as f64;
     let (below, mut inside) = level.run(Inside { values, bracket: rough(values, share, DEVIATIONS) });
     match rank.checked_sub(below).filter(|place| *place < inside.len()) {
-        Some(place) => *inside.select_nth_unstable_by_key(place, in_order).1,
-        None => *values.to_vec().select_nth_unstable_by_key(rank, in_order).1,
+        Some(place) => *inside.select_nth_unstable_by(place, in_order).1,
+        None => *values.to_vec().select_nth_unstable_by(rank, in_order).1,
     }
 }
 
 /// The share of values that are inside a bracket, by some of them; NaN without any.
-pub(super) fn share_inside(values: &[f64], bracket: Bracket) -> f64 {
+pub(super) fn share_inside<T: Real>(values: &[T], bracket: Bracket) -> f64 {
     let every = if values.len() < FEW { 1 } else { EVERY };
-    let inside = values.iter().step_by(every).filter(|value| bracket.holds(**value)).count();
+    let inside = values.iter().step_by(every).filter(|value| bracket.holds(value.to_f64())).count();
     inside as f64 / values.len().div_ceil(every) as f64
 }
 
-fn rough(values: &[f64], share: f64, deviations: f64) -> Bracket {
+fn rough<T: Real>(values: &[T], share: f64, deviations: f64) -> Bracket {
     if values.len() < FEW {
         return Bracket::ALL;
     }
-    let mut sample: Vec<f64> = values.iter().copied().step_by(EVERY).collect();
+    let mut sample: Vec<T> = values.iter().copied().step_by(EVERY).collect();
     let count = sample.len();
     Bracket::ALL.narrowed(&mut sample, 0, count, share, deviations)
 }
@@ -155,41 +157,40 @@ const ROOM: usize = 64;
 
 /// The group of values from a place on, with NaN behind the last.
 #[inline(always)]
-pub(super) fn group(values: &[f64], at: usize) -> Lanes<f64> {
+pub(super) fn group<T: Real>(values: &[T], at: usize) -> Lanes<T> {
     let rest = &values[at..];
     rest.first_chunk().copied().unwrap_or_else(|| {
-        let mut last = [f64::NAN; LANES];
+        let mut last = [T::NAN; LANES];
         last[..rest.len()].copy_from_slice(rest);
         last
     })
 }
 
 /// Counts the values below a bracket, and keeps those inside.
-struct Inside<'a> {
-    values: &'a [f64],
+struct Inside<'a, T> {
+    values: &'a [T],
     bracket: Bracket,
 }
 
-impl Kernel for Inside<'_> {
-    type Output = (usize, Vec<f64>);
+impl<T: Real> Kernel for Inside<'_, T> {
+    type Output = (usize, Vec<T>);
 
     #[inline(always)]
-    fn run<I: Instructions>(self, simd: I) -> (usize, Vec<f64>) {
+    fn run<I: Instructions>(self, simd: I) -> (usize, Vec<T>) {
         let Inside { values, bracket: Bracket { low, high } } = self;
-        let (mut below, mut kept) = ([0.0; LANES], Kept::new(0));
+        let [low, high] = [low, high].map(|end| [T::from_f64(end); LANES]);
+        let (mut below, mut kept) = ([0_u32; LANES], Kept::new(0));
         for at in (0..values.len()).step_by(LANES) {
             if at % (LANES * ROOM) == 0 {
                 kept.reserve(LANES * ROOM);
             }
             let x = group(values, at);
             for lane in 0..LANES {
-                below[lane] += if x[lane] < low { 1.0 } else { 0.0 };
+                below[lane] += u32::from(x[lane] < low[lane]);
             }
-            kept.append(simd, &x, f64::within(simd, &x, &[low; LANES], &[high; LANES]));
+            kept.append(simd, &x, T::within(simd, &x, &low, &high));
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
-        let below = below.iter().sum::<f64>() as usize;
-        (below, kept.values())
+        (below.iter().map(|count| *count as usize).sum(), kept.values())
     }
 }
 
@@ -217,8 +218,7 @@ mod tests {
             let mut expected: Vec<f64> = pairs.map(|(i, j)| rule.quotient(&matches, i, j).0).collect();
             expected.sort_unstable_by(f64::total_cmp);
             for level in Level::all() {
-                let shifts = Shifts::new(&matches, rule, level);
-                let mut found = shifts.quotients(usize::MAX);
+                let mut found = Shifts::new(&matches).values(rule, usize::MAX, level);
                 found.sort_unstable_by(f64::total_cmp);
                 assert_eq!(found, expected, "{level}, {count}");
             }

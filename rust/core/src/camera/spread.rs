@@ -8,8 +8,7 @@
 //! are a few sizes, each weighed by how likely stretch and shear are under it, and the variance of the scale is the
 //! average.
 
-use super::matches::Matches;
-use super::similarity::{Centred, Similarity, minus, plus};
+use super::similarity::{Centred, Selection, Similarity, minus, plus, squared, times};
 use crate::real::Real;
 
 /// Prior probability and size of each strain: that of its error at the mean distance from the centre over that of one
@@ -26,8 +25,7 @@ pub(super) struct Strained {
     now: [f64; 2],
     turn: [f64; 2],
     strain: [f64; 2],
-    /// The standard error of the scale; NaN with fewer than three matches.
-    pub spread: f64,
+    seen: Seen,
 }
 
 impl Strained {
@@ -36,20 +34,24 @@ impl Strained {
     ///
     /// Independent errors leave the similarity as it is. The larger the strain, the less do matches far out along one
     /// axis outweigh those along the other.
-    pub(super) fn fitted<T: Real>(matches: &Matches<T>) -> Option<Self> {
-        let centred = Centred::of(matches)?;
-        let turn = centred.product.map(|part| part / centred.size);
-        let seen = Seen::of(matches, &centred, turn);
+    pub(super) fn fitted<T: Real>(selected: Selection<'_, T>) -> Option<Self> {
+        let centred = Centred::of(selected)?;
+        let seen = Seen::of(selected, &centred, centred.turn());
         let Centred { before, now, size, product } = centred;
         let strain = seen.strain();
         let shared = times([seen.own[0], -seen.own[1]], strain);
         let turn = minus(product, shared).map(|part| part / size);
-        Some(Strained { before, now, turn, strain, spread: seen.spread(true) })
+        Some(Strained { before, now, turn, strain, seen })
     }
 
     /// The factor by which it enlarges.
     pub(super) fn scale(&self) -> f64 {
-        (self.turn[0] * self.turn[0] + self.turn[1] * self.turn[1]).sqrt()
+        squared(self.turn).sqrt()
+    }
+
+    /// The standard error of the scale; NaN with fewer than three matches.
+    pub(super) fn spread(&self) -> f64 {
+        self.seen.spread(true)
     }
 
     /// The squared distance of a match from where the map puts it now.
@@ -57,17 +59,16 @@ impl Strained {
     pub(super) fn squared_residual(&self, p: [f64; 2], c: [f64; 2]) -> f64 {
         let p = minus(p, self.before);
         let mapped = plus(times(self.turn, p), times(self.strain, [p[0], -p[1]]));
-        let [x, y] = minus(plus(mapped, self.now), c);
-        x * x + y * y
+        squared(minus(plus(mapped, self.now), c))
     }
 }
 
 /// The standard error of a scale of matches, whose centre is known; NaN with fewer than three matches.
-pub(super) fn spread<T: Real>(matches: &Matches<T>, centred: Option<Centred>, scale: f64) -> f64 {
+pub(super) fn spread<T: Real>(selected: Selection<'_, T>, centred: Option<Centred>, scale: f64) -> f64 {
     centred.map_or(f64::NAN, |centred| {
         let length = centred.product[0].hypot(centred.product[1]);
         let turn = if length > 0.0 { centred.product.map(|part| part / length * scale) } else { [scale, 0.0] };
-        Seen::of(matches, &centred, turn).spread(false)
+        Seen::of(selected, &centred, turn).spread(false)
     })
 }
 
@@ -87,23 +88,21 @@ struct Seen {
 }
 
 impl Seen {
-    fn of<T: Real>(matches: &Matches<T>, centred: &Centred, turn: [f64; 2]) -> Self {
+    fn of<T: Real>(selected: Selection<'_, T>, centred: &Centred, turn: [f64; 2]) -> Self {
         let Centred { before, now, size, product } = *centred;
-        let count = matches.len() as f64;
+        let count = selected.len() as f64;
         let similarity = Similarity::about(turn, before, now);
         // The residuals are fitted by a similarity and a strain, residual = a p + b conj(p), and b is stretch and shear.
-        let (mut squared, mut own, mut along) = (0.0, [0.0; 2], [0.0; 2]);
-        for i in 0..matches.len() {
-            let (p, c) = matches.get(i);
-            let ([x, y], p) = (similarity.residual(p, c), minus(p, before));
-            squared += x * x + y * y;
-            own = plus(own, times(p, p));
-            along = plus(along, times(p, [x, y]));
-        }
+        let sums = selected.sums(|p, c| {
+            let (residual, p) = (similarity.residual(p, c), minus(p, before));
+            let (own, along) = (times(p, p), times(p, residual));
+            [squared(residual), own[0], own[1], along[0], along[1]]
+        });
+        let (own, along) = ([sums[1], sums[2]], [sums[3], sums[4]]);
         let turned = minus(turn.map(|part| part * size), product).map(|part| part / size);
         let along = minus(along, times(own, turned));
         let across = size - (own[0] * own[0] + own[1] * own[1]) / size;
-        let variance = if matches.len() > 2 { squared / (2.0 * count - 4.0) } else { f64::NAN };
+        let variance = if count > 2.0 { sums[0] / (2.0 * count - 4.0) } else { f64::NAN };
         Seen { count, size, own, along, across, variance }
     }
 
@@ -153,10 +152,4 @@ impl Seen {
         let shared = if part > 0.0 { (own[0] * own[0] + own[1] * own[1]) / (size * across) * part } else { 0.0 };
         (variance / size * (1.0 + IN_SCALE * self.mean(|of_strain, _| of_strain) + shared)).sqrt()
     }
-}
-
-/// The product of complex numbers.
-#[inline(always)]
-fn times(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }

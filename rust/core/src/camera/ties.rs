@@ -4,18 +4,31 @@
 //! the ends of a bracket are values of a sample here, every quotient is computed in float64, and those equal to an end
 //! are counted, not kept. Such a pass takes several times as long as one that only counts, and one or two are enough.
 
-use super::matches::Block;
-use super::pairs::{AllPairs, Borderline, Bracket, Middle, Pairs, Ratio, Rule, Visitor, in_order, quotients};
+use super::matches::{Block, Matches, Tiles, widened};
+use super::pairs::{AllPairs, Borderline, Bracket, Middle, Pairs, Ratio, Rule, TRUSTED, Visitor, in_order};
+use super::shifts::{Measure, Shifts};
 use crate::lanes::{LANES, Lanes, least};
 use crate::real::Real;
-use crate::simd::{Instructions, Kernel};
+use crate::simd::{Instructions, Kernel, Level};
 
 /// The groups of pairs whose values inside a bracket are kept.
 const ROOM: usize = 1 << 18;
 /// The distance of the ends from where the value should be, in standard deviations of the rank of a sample's median.
 const DEVIATIONS: f64 = 3.0;
-/// The median of all pairs' ratios, from a sample of their quotients; `None` if no pair counts.
-pub(super) fn median(pairs: &AllPairs<'_, f64>, sample: &[f64]) -> Option<Ratio> {
+
+/// The median of all pairs' ratios, from a sample of some shifts; `None` if no pair counts.
+pub(super) fn median<T: Real>(
+    matches: &Matches<T>,
+    shifts: usize,
+    rule: Rule,
+    level: Level,
+    threads: usize,
+) -> Option<Ratio> {
+    let matches = matches.map(widened);
+    let sample = &Shifts::new(&matches).values(rule, shifts, level);
+    let least = if rule.least < TRUSTED { 0.0 } else { rule.least * (1.0 - f64::SLACK) };
+    let tiles = Tiles::new(&matches);
+    let pairs = AllPairs::of(&matches, tiles.as_ref(), rule, least, level, threads);
     let mut region = Region::ALL;
     loop {
         let sides = pairs.split(pairs.ends(region, sample)?);
@@ -54,7 +67,7 @@ impl AllPairs<'_, f64> {
         if sample.is_empty() {
             sample = self.split(region.open).kept;
         }
-        sample.sort_unstable_by_key(in_order);
+        sample.sort_unstable_by(in_order);
         let last = sample.len().checked_sub(1)?;
         let margin = DEVIATIONS * 0.5 * (sample.len() as f64).sqrt();
         let place = region.share * last as f64;
@@ -106,7 +119,7 @@ impl Sides {
         let Some(inside) = rank.checked_sub(self.at_low) else { return Some(low) };
         let Some(beyond) = inside.checked_sub(self.inside) else {
             let complete = self.kept.len() == self.inside;
-            return complete.then(|| *self.kept.clone().select_nth_unstable_by_key(inside, in_order).1);
+            return complete.then(|| *self.kept.clone().select_nth_unstable_by(inside, in_order).1);
         };
         match beyond.checked_sub(self.at_high) {
             None => Some(high),
@@ -152,7 +165,7 @@ impl Kernel for Split<'_> {
         let mut splitting = Splitting { rule, tally: Tally::new(bracket), inside: &mut inside };
         pairs.each(simd, &mut splitting);
         let tally = splitting.tally;
-        tally.sides(inside.quotients(pairs.matches, rule))
+        tally.sides(inside.quotients(pairs.matches, |i| i, rule))
     }
 }
 
@@ -166,8 +179,8 @@ impl Visitor<f64> for Splitting<'_> {
     #[inline(always)]
     fn visit<I: Instructions>(&mut self, simd: I, i: usize, from: [f64; 4], j: usize, block: &Block<f64>) {
         let from = from.map(|x| [x; LANES]);
-        let inside = self.tally.add(simd, &quotients(from.each_ref(), block.each_ref(), self.rule));
-        self.inside.note(i, j, inside);
+        let inside = self.tally.add(simd, &self.rule.of(simd, from.each_ref(), block.each_ref()));
+        self.inside.note(i, j, u32::from(inside));
     }
 
     #[inline(always)]
