@@ -5,6 +5,7 @@ It needs the extra ``gym``.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -84,41 +85,53 @@ def f1tenth(observation: Any, agent: int = 0) -> Observed:
 
 
 class _Filter:
-    """The rule of both wrappers, for B vehicles at once. It remembers nothing.
+    """The rule of both wrappers, for B vehicles at once. It remembers the newest observation alone.
 
     A vehicle may be as fast as it can stop in time: on its present arc, and on the one that the action asks for. It is
     told to stop if it is faster than that already, or if its scan shows nothing.
     """
 
+    env: Any
+
     def __init__(
         self,
+        env: Any,
         scan: ScanTTC,
-        stopping: StoppingDistance | None,
-        read: Callable[[Any], Observed],
-        wheelbase: float | None,
-        speed_index: int,
-        steering_index: int,
-        agent: int,
-        unseen_speed: float,
+        *,
+        stopping: StoppingDistance | None = None,
+        read: Callable[[Any], Observed] | None = None,
+        wheelbase: float | None = None,
+        speed_index: int = 1,
+        steering_index: int = 0,
+        agent: int = 0,
+        unseen_speed: float = 0.0,
     ) -> None:
+        super().__init__(env)  # type: ignore[call-arg]
         if not isinstance(scan, ScanTTC):
             raise TypeError(f"scan must be a ScanTTC, got {type(scan).__name__}")
         self._path = ScanSweptPath(scan, horizon=HORIZON)
         self._stopping = StoppingDistance() if stopping is None else stopping
-        self._read, self._agent = read, agent
-        self._wheelbase, self._speed_index, self._steering_index = wheelbase, speed_index, steering_index
+        self._read = partial(f1tenth, agent=agent) if read is None else read
+        self._agent, self._wheelbase = agent, wheelbase
+        self._speed_index, self._steering_index = speed_index, steering_index
         self._unseen_speed = unseen_speed
         self._unseen_ahead, self._unseen_behind = unseen(self._path, 1.0), unseen(self._path, -1.0)
+        self._newest: Any = None
 
-    def columns(self, actions: Any, rows: int | None) -> Any:
+    def reset(self, **how: Any) -> tuple[Any, dict[str, Any]]:
+        """Reset what is wrapped."""
+        self._newest, info = self.env.reset(**how)
+        return self._newest, info
+
+    def _columns(self, actions: Any, rows: int | None) -> Any:
         """Return the last axis of the vehicle's actions as a view, of shape (B, ...)."""
         actions = np.asarray(actions)
         mine = actions if actions.ndim <= (1 if rows is None else 2) else actions[..., self._agent, :]
         return mine[np.newaxis] if rows is None else mine
 
-    def apply(self, observation: Any, action: Any, rows: int | None) -> tuple[Any, dict[str, Any]]:
+    def _filtered(self, action: Any, rows: int | None) -> tuple[Any, dict[str, Any]]:
         """Return an action that is no faster than is safe, and what it was decided by."""
-        observed = self._read(observation) if self._read is not f1tenth else f1tenth(observation, self._agent)
+        observed = self._read(self._newest)
         ranges = np.atleast_2d(np.asarray(observed.ranges))
         count = len(ranges)
         ranges = ranges if ranges.dtype in (np.float32, np.float64) else ranges.astype(np.float64)
@@ -126,7 +139,7 @@ class _Filter:
         filtered = np.array(action)
         if filtered.dtype.kind != "f":
             filtered = filtered.astype(np.float64)
-        columns = self.columns(filtered, rows)
+        columns = self._columns(filtered, rows)
         wanted = columns[..., self._speed_index].astype(np.float64)
         self._check(wanted, "speed", self._speed_index)
         curvature = np.divide(yaw_rate, speed, out=np.zeros(count), where=np.abs(speed) > 0.05)
@@ -145,7 +158,7 @@ class _Filter:
         ahead = (ttc * np.concatenate([pace, pace])).reshape(2, count)
         ahead[0, np.abs(speed) < 0.05] = np.inf  # it stands, and goes where it is told
         clearance = ahead.min(axis=0)
-        limit = self.fastest(clearance)
+        limit = self._fastest(clearance)
         blind = status[:count] == Status.NO_DATA
         into_unseen = self._unseen_ahead & ((wanted > 0.0) | (speed > 0.05))
         into_unseen |= self._unseen_behind & ((wanted < 0.0) | (speed < -0.05))
@@ -177,7 +190,7 @@ class _Filter:
                 "np.nan_to_num"
             )
 
-    def fastest(self, clearance: Floats) -> Floats:
+    def _fastest(self, clearance: Floats) -> Floats:
         """Return the speed from which a vehicle stops in a distance, m/s: the root of the stopping distance."""
         rule = self._stopping
         left = np.maximum(clearance - rule.margin, 0.0)
@@ -187,35 +200,7 @@ class _Filter:
         return np.where(np.isinf(left), np.inf, speed)
 
 
-class _Filters:
-    """What both wrappers share: the parameters, and the newest observation."""
-
-    env: Any
-
-    def __init__(
-        self,
-        env: Any,
-        scan: ScanTTC,
-        *,
-        stopping: StoppingDistance | None = None,
-        read: Callable[[Any], Observed] = f1tenth,
-        wheelbase: float | None = None,
-        speed_index: int = 1,
-        steering_index: int = 0,
-        agent: int = 0,
-        unseen_speed: float = 0.0,
-    ) -> None:
-        super().__init__(env)  # type: ignore[call-arg]
-        self._filter = _Filter(scan, stopping, read, wheelbase, speed_index, steering_index, agent, unseen_speed)
-        self._newest: Any = None
-
-    def reset(self, **how: Any) -> tuple[Any, dict[str, Any]]:
-        """Reset what is wrapped."""
-        self._newest, info = self.env.reset(**how)
-        return self._newest, info
-
-
-class SafetyFilter(_Filters, Wrapper):
+class SafetyFilter(_Filter, Wrapper):
     """Slow an action down before it drives into something.
 
     Each action is held against the newest observation: the vehicle may be as fast as it can stop in time, on its
@@ -234,9 +219,9 @@ class SafetyFilter(_Filters, Wrapper):
         The scanner, with the vehicle's outline.
     stopping : StoppingDistance, optional
         Deceleration, reaction time and margin of the vehicle.
-    read : callable, default f1tenth
-        A function that returns ``Observed(ranges, speed, yaw_rate)`` of an observation. The default knows the names of
-        f1tenth_gym.
+    read : callable, optional
+        A function that returns ``Observed(ranges, speed, yaw_rate)`` of an observation. The default is ``f1tenth``, for
+        the agent.
     wheelbase : float, optional
         Distance between the axles, m. With it the steering angle of the action says which arc it asks for; without
         it, that is the present one.
@@ -283,19 +268,19 @@ class SafetyFilter(_Filters, Wrapper):
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Step the environment with the action as it is safe."""
-        filtered, said = self._filter.apply(self._newest, action, None)
+        filtered, said = self._filtered(action, None)
         self._newest, reward, terminated, truncated, info = self.env.step(filtered)
         one = {name: values[0].item() for name, values in said.items()}
         one |= {"command": Command(one["command"]), "status": Status(one["status"])}
         return self._newest, reward, terminated, truncated, {**info, "safety": one}
 
 
-class VectorSafetyFilter(_Filters, VectorWrapper):
+class VectorSafetyFilter(_Filter, VectorWrapper):
     """The ``SafetyFilter`` of a vectorised environment, with its parameters."""
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Step the environments with the actions as they are safe."""
-        filtered, said = self._filter.apply(self._newest, actions, self.env.num_envs)
+        filtered, said = self._filtered(actions, self.env.num_envs)
         self._newest, reward, terminated, truncated, info = self.env.step(filtered)
         return self._newest, reward, terminated, truncated, {**info, "safety": said}
 

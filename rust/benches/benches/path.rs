@@ -67,17 +67,18 @@ fn path(c: &mut Criterion) {
             for level in Level::all() {
                 let path = SweptPath::new(CAR, HORIZON, level).expect("the horizon makes sense");
                 for (cloud, expected) in clouds.iter().zip(&expected) {
-                    let ttc = path.min(cloud, 0, motion).expect("the motion makes sense").expect("the room is seen");
+                    let ttc =
+                        path.min(cloud, 0, motion.into()).expect("the motion makes sense").expect("the room is seen");
                     let close = ttc == *expected || (ttc <= *expected && *expected < ttc + 2.0 * STEP);
                     assert!(close, "the kernel gives {ttc}, small steps {expected}");
                 }
                 let mut turns = clouds.iter().cycle();
                 let mut next = || black_box(turns.next().expect("endless"));
                 group.bench_function(BenchmarkId::new(format!("min, {name}, {level}"), points), |b| {
-                    b.iter(|| path.min(next(), 0, motion));
+                    b.iter(|| path.min(next(), 0, motion.into()));
                 });
                 group.bench_function(BenchmarkId::new(format!("per_point, {name}, {level}"), points), |b| {
-                    b.iter(|| path.per_point(next(), 0, motion, &mut ColumnMut::new(&mut out), None));
+                    b.iter(|| path.per_point(next(), 0, motion.into(), &mut ColumnMut::new(&mut out), None));
                 });
             }
         }

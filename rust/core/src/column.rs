@@ -38,6 +38,21 @@ pub trait Source<T>: Copy {
     }
 }
 
+/// Does the same with a column, or points, whether there are gaps or not. It is compiled once for each: without gaps,
+/// lanes are one load.
+macro_rules! by_layout {
+    ($column:expr, |$numbers:ident| $work:expr) => {
+        match $column.dense() {
+            Some($numbers) => $work,
+            None => {
+                let $numbers = $column;
+                $work
+            }
+        }
+    };
+}
+pub(crate) use by_layout;
+
 /// A view of `len` numbers, `stride` bytes apart, at any alignment.
 #[derive(Clone, Copy, Debug)]
 pub struct Column<'a, T> {

@@ -3,7 +3,7 @@
 use crate::array::{empty, output_apart, refuse_same_memory};
 use crate::macros::{for_each_type, results, settings};
 use crate::points::Frames;
-use crate::scan_query::{MotionArguments, Motions, path_points};
+use crate::scan_query::{MotionArguments, Motions, Plan};
 use crate::util::run::{interruptible, level};
 use crate::util::{Given, check_no_data, no_data, value_error, value_error_in_row};
 use numpy::PyArray1;
@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 use ttc_fast_core::column::TableMut;
 use ttc_fast_core::interrupt::worked;
-use ttc_fast_core::path::{self, PlannedPath};
+use ttc_fast_core::path;
 use ttc_fast_core::points::Points;
 use ttc_fast_core::real::Real;
 use ttc_fast_core::vehicle::{Motion, Outline};
@@ -165,9 +165,10 @@ impl SweptPath {
         path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
-        let plan = self.plan(path, &motion)?;
-        let (frames, motions) = self.look(points, motion, plan.as_ref())?;
-        let each = for_each_type!(frames.points(), points => self.min_each(py, &points, &motions, plan.as_ref(), frames.is_batch()))?;
+        let plan = Plan::of(path, &motion, |points| self.path.plan(points))?;
+        let (frames, motions) = self.look(points, motion, &plan)?;
+        let each =
+            for_each_type!(frames.points(), points => self.min_each(py, &points, &motions, &plan, frames.is_batch()))?;
         Ok(if frames.is_batch() {
             PyArray1::from_vec(py, each).into_any()
         } else {
@@ -212,9 +213,9 @@ impl SweptPath {
         path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
-        let plan = self.plan(path, &motion)?;
-        let (frames, motions) = self.look(points, motion, plan.as_ref())?;
-        let each = for_each_type!(frames.points(), points => self.nearest_each(py, &points, &motions, plan.as_ref()))?;
+        let plan = Plan::of(path, &motion, |points| self.path.plan(points))?;
+        let (frames, motions) = self.look(points, motion, &plan)?;
+        let each = for_each_type!(frames.points(), points => self.nearest_each(py, &points, &motions, &plan))?;
         Ok(if frames.is_batch() {
             Bound::new(py, NearestPointBatch(each))?.into_any()
         } else {
@@ -269,15 +270,15 @@ impl SweptPath {
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
-        let plan = self.plan(path, &motion)?;
-        let (frames, motions) = self.look(points, motion, plan.as_ref())?;
+        let plan = Plan::of(path, &motion, |points| self.path.plan(points))?;
+        let (frames, motions) = self.look(points, motion, &plan)?;
         let (shape, inputs) = (frames.shape(), frames.arrays());
         let status = status_out.map(|array| output_apart::<u8>("status_out", array, shape, inputs)).transpose()?;
         refuse_same_memory(out, status_out)?;
         let made = out.map_or_else(|| empty(py, shape, frames.points().dtype()), |out| Ok(out.clone()))?;
         for_each_type!(frames.points(), points => {
             let out = output_apart("out", &made, shape, inputs)?;
-            self.per_point_each(py, &points, &motions, plan.as_ref(), out, status)?;
+            self.per_point_each(py, &points, &motions, &plan, out, status)?;
         });
         Ok(made)
     }
@@ -295,19 +296,12 @@ settings! {
 }
 
 impl SweptPath {
-    /// The path that was given, to be followed instead of the motion.
-    fn plan(&self, path: Option<&Bound<'_, PyAny>>, motion: &MotionArguments<'_, '_>) -> PyResult<Option<PlannedPath>> {
-        let Some(path) = path else { return Ok(None) };
-        motion.only_speed()?;
-        self.path.plan(&path_points(path)?).map(Some).map_err(value_error)
-    }
-
     /// The points, and a motion for each cloud. All of Python's code runs before the points are looked at.
     fn look<'py>(
         &self,
         points: &Bound<'py, PyAny>,
         motion: MotionArguments<'_, 'py>,
-        plan: Option<&PlannedPath>,
+        plan: &Plan,
     ) -> PyResult<(Frames<'py>, Motions)> {
         let rows = Frames::view("points", points)?.batch();
         let motions = rows.map_or_else(|| motion.one().map(Motions::from), |rows| motion.each(rows))?;
@@ -319,12 +313,8 @@ impl SweptPath {
             if row % (1 << 20) == (1 << 20) - 1 {
                 points.py().check_signals()?;
             }
-            let motion = motions.row(row);
-            let checked = match plan {
-                None => self.path.check_motion(motion),
-                Some(plan) => self.path.check_speed(plan, motion.speed),
-            };
-            checked
+            self.path
+                .check(plan.course(motions.row(row)))
                 .map_err(|error| if rows.is_some() { value_error_in_row(row)(error) } else { value_error(error) })?;
         }
         Ok((frames, motions))
@@ -335,15 +325,11 @@ impl SweptPath {
         py: Python<'_>,
         points: &Points<'_, T>,
         motions: &Motions,
-        plan: Option<&PlannedPath>,
+        plan: &Plan,
         is_batch: bool,
     ) -> PyResult<Vec<f64>> {
         each(py, points, motions, |row, motion| {
-            let least = match plan {
-                None => self.path.min(points, row, motion),
-                Some(plan) => self.path.min_along(points, row, plan, motion.speed),
-            };
-            let least = least.map_err(value_error)?;
+            let least = self.path.min(points, row, plan.course(motion)).map_err(value_error)?;
             least.or(self.no_data).ok_or_else(|| no_data("SweptPath", "cloud", is_batch.then_some(row)))
         })
     }
@@ -353,14 +339,10 @@ impl SweptPath {
         py: Python<'_>,
         points: &Points<'_, T>,
         motions: &Motions,
-        plan: Option<&PlannedPath>,
+        plan: &Plan,
     ) -> PyResult<Vec<path::NearestPoint>> {
         each(py, points, motions, |row, motion| {
-            let nearest = match plan {
-                None => self.path.nearest(points, row, motion),
-                Some(plan) => self.path.nearest_along(points, row, plan, motion.speed),
-            };
-            nearest.map_err(value_error)
+            self.path.nearest(points, row, plan.course(motion)).map_err(value_error)
         })
     }
 
@@ -369,18 +351,14 @@ impl SweptPath {
         py: Python<'_>,
         points: &Points<'_, T>,
         motions: &Motions,
-        plan: Option<&PlannedPath>,
+        plan: &Plan,
         mut out: TableMut<'_, T>,
         mut status: Option<TableMut<'_, u8>>,
     ) -> PyResult<()> {
         let done = each(py, points, motions, |row, motion| {
             let mut status = status.as_mut().map(|status| status.row(row));
             let (out, status) = (&mut out.row(row), status.as_mut());
-            let written = match plan {
-                None => self.path.per_point(points, row, motion, out, status),
-                Some(plan) => self.path.per_point_along(points, row, plan, motion.speed, out, status),
-            };
-            written.map_err(value_error)
+            self.path.per_point(points, row, plan.course(motion), out, status).map_err(value_error)
         });
         done.map(|_| ())
     }

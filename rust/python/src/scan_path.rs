@@ -2,7 +2,7 @@
 
 use crate::macros::settings;
 use crate::scan::ScanTTC;
-use crate::scan_query::{Along, BeamQuery, MotionArguments, path_points};
+use crate::scan_query::{MotionArguments, Plan, Swept};
 use crate::util::{Given, number, type_name, value_error};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -106,10 +106,7 @@ impl ScanSweptPath {
         path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
-        match path {
-            None => self.query().min(py, ranges, motion),
-            Some(path) => self.scan.get().query_of(&self.along(path, &motion)?).min(py, ranges, motion),
-        }
+        self.scan.get().query_of(&self.swept(path, &motion)?).min(py, ranges, motion)
     }
 
     /// Return the beam whose point is hit first, and everything that says why.
@@ -149,10 +146,7 @@ impl ScanSweptPath {
         path: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
-        match path {
-            None => self.query().nearest(py, ranges, motion),
-            Some(path) => self.scan.get().query_of(&self.along(path, &motion)?).nearest(py, ranges, motion),
-        }
+        self.scan.get().query_of(&self.swept(path, &motion)?).nearest(py, ranges, motion)
     }
 
     /// Return the time until the point of each beam enters the outline, s.
@@ -200,13 +194,7 @@ impl ScanSweptPath {
         status_out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let motion = MotionArguments::of(speed, &yaw_rate, &lateral_speed);
-        match path {
-            None => self.query().per_beam(py, ranges, motion, out, status_out),
-            Some(path) => {
-                let along = self.along(path, &motion)?;
-                self.scan.get().query_of(&along).per_beam(py, ranges, motion, out, status_out)
-            }
-        }
+        self.scan.get().query_of(&self.swept(path, &motion)?).per_beam(py, ranges, motion, out, status_out)
     }
 
     /// Return how wide the widest part of the path is at which no beam looks, m.
@@ -276,13 +264,8 @@ settings! {
 }
 
 impl ScanSweptPath {
-    fn query(&self) -> BeamQuery<'_, scan::ScanSweptPath> {
-        self.scan.get().query_of(&self.path)
-    }
-
-    /// The path that was given, to be asked in the place of the motion.
-    fn along(&self, path: &Bound<'_, PyAny>, motion: &MotionArguments<'_, '_>) -> PyResult<Along<'_>> {
-        motion.only_speed()?;
-        Ok(Along { path: &self.path, plan: self.path.plan(&path_points(path)?).map_err(value_error)? })
+    /// What is asked: the path that was given, if there is one, else the motion.
+    fn swept(&self, path: Option<&Bound<'_, PyAny>>, motion: &MotionArguments<'_, '_>) -> PyResult<Swept<'_>> {
+        Ok(Swept { path: &self.path, plan: Plan::of(path, motion, |points| self.path.plan(points))? })
     }
 }

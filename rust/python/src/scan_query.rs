@@ -6,7 +6,7 @@ use crate::macros::for_each_type;
 use crate::nearest::{Nearest, NearestBatch};
 use crate::util::run::{interruptible, release};
 use crate::util::{Given, describe, no_data, number, value_error, value_error_in_row};
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -14,7 +14,7 @@ use pyo3::types::PyFloat;
 use ttc_fast_core::Error;
 use ttc_fast_core::column::{Column, ColumnMut, Table, TableMut};
 use ttc_fast_core::interrupt::worked;
-use ttc_fast_core::path::PlannedPath;
+use ttc_fast_core::path::{Course, PlannedPath};
 use ttc_fast_core::scan::{self, Range, ScanSweptPath, ScanTtc};
 use ttc_fast_core::threads::pieces;
 use ttc_fast_core::vehicle::Motion;
@@ -42,64 +42,22 @@ pub trait Criterion: Sync {
     ) -> Result<(), Error>;
 }
 
-macro_rules! criterion {
-    ($kind:ident, $scan:expr) => {
-        impl Criterion for $kind {
-            fn scan(&self) -> &ScanTtc {
-                let scan: fn(&$kind) -> &ScanTtc = $scan;
-                scan(self)
-            }
-
-            fn check_motion(&self, motion: Motion) -> Result<(), Error> {
-                $kind::check_motion(self, motion)
-            }
-
-            #[inline(always)]
-            fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
-                $kind::min(self, ranges, motion)
-            }
-
-            fn nearest<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<scan::Nearest, Error> {
-                $kind::nearest(self, ranges, motion)
-            }
-
-            fn per_beam<'o, T: Range>(
-                &self,
-                ranges: Column<'_, T>,
-                motion: Motion,
-                out: &mut ColumnMut<'o, T>,
-                status_out: Option<&mut ColumnMut<'o, u8>>,
-            ) -> Result<(), Error> {
-                $kind::per_beam(self, ranges, motion, out, status_out)
-            }
-        }
-    };
-}
-
-criterion!(ScanTtc, |scan| scan);
-criterion!(ScanSweptPath, |path| path.scan());
-
-/// The swept path along a plan instead of a motion, of which only the speed counts.
-pub struct Along<'a> {
-    pub path: &'a ScanSweptPath,
-    pub plan: PlannedPath,
-}
-
-impl Criterion for Along<'_> {
+impl Criterion for ScanTtc {
     fn scan(&self) -> &ScanTtc {
-        self.path.scan()
+        self
     }
 
     fn check_motion(&self, motion: Motion) -> Result<(), Error> {
-        self.path.check_speed(&self.plan, motion.speed)
+        self.check_motion(motion)
     }
 
+    #[inline(always)]
     fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
-        self.path.min_along(ranges, &self.plan, motion.speed)
+        self.min(ranges, motion)
     }
 
     fn nearest<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<scan::Nearest, Error> {
-        self.path.nearest_along(ranges, &self.plan, motion.speed)
+        self.nearest(ranges, motion)
     }
 
     fn per_beam<'o, T: Range>(
@@ -109,33 +67,84 @@ impl Criterion for Along<'_> {
         out: &mut ColumnMut<'o, T>,
         status_out: Option<&mut ColumnMut<'o, u8>>,
     ) -> Result<(), Error> {
-        self.path.per_beam_along(ranges, &self.plan, motion.speed, out, status_out)
+        self.per_beam(ranges, motion, out, status_out)
+    }
+}
+
+/// The swept path along a plan, if there is one.
+pub struct Swept<'a> {
+    pub path: &'a ScanSweptPath,
+    pub plan: Plan,
+}
+
+impl Criterion for Swept<'_> {
+    fn scan(&self) -> &ScanTtc {
+        self.path.scan()
+    }
+
+    fn check_motion(&self, motion: Motion) -> Result<(), Error> {
+        self.path.check(self.plan.course(motion))
+    }
+
+    fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
+        self.path.min(ranges, self.plan.course(motion))
+    }
+
+    fn nearest<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<scan::Nearest, Error> {
+        self.path.nearest(ranges, self.plan.course(motion))
+    }
+
+    fn per_beam<'o, T: Range>(
+        &self,
+        ranges: Column<'_, T>,
+        motion: Motion,
+        out: &mut ColumnMut<'o, T>,
+        status_out: Option<&mut ColumnMut<'o, u8>>,
+    ) -> Result<(), Error> {
+        self.path.per_beam(ranges, self.plan.course(motion), out, status_out)
+    }
+}
+
+/// The argument `path`: what is followed instead of the motion, if it was given.
+pub struct Plan(Option<PlannedPath>);
+
+impl Plan {
+    /// The path that `plan` makes of the points, if there are any. Of the motion only the speed counts then.
+    pub fn of(
+        path: Option<&Bound<'_, PyAny>>,
+        motion: &MotionArguments<'_, '_>,
+        plan: impl FnOnce(&[[f64; 2]]) -> Result<PlannedPath, Error>,
+    ) -> PyResult<Self> {
+        let Some(path) = path else { return Ok(Plan(None)) };
+        motion.only_speed()?;
+        plan(&path_points(path)?).map(|plan| Plan(Some(plan))).map_err(value_error)
+    }
+
+    /// The course at a motion.
+    pub fn course(&self, motion: Motion) -> Course<'_> {
+        self.0.as_ref().map_or(motion.into(), |plan| Course::Planned(plan, motion.speed))
     }
 }
 
 /// The points of the argument `path`, float64 of shape (N, 2).
-pub fn path_points(path: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
+fn path_points(path: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
     let py = path.py();
     let wrong = || PyTypeError::new_err(format!("path must be points, of shape (N, 2), got {}", describe(path)));
-    let array = match path.cast_exact::<PyArray2<f64>>() {
+    let array = match path.cast_exact::<PyArrayDyn<f64>>() {
         Ok(array) if array.is_c_contiguous() => array.clone(),
         _ => {
             refuse_masked("path", path)?;
             let numpy = py.import(intern!(py, "numpy"))?;
             let array = numpy.call_method1(intern!(py, "asarray"), (path,)).map_err(|_| wrong())?;
             let kind: char = array.getattr(intern!(py, "dtype"))?.getattr(intern!(py, "kind"))?.extract()?;
-            let shape: Vec<usize> = array.getattr(intern!(py, "shape"))?.extract()?;
             if !matches!(kind, 'f' | 'i' | 'u') {
                 return Err(wrong());
             }
-            if shape.len() != 2 || shape[1] != 2 {
-                return Err(PyValueError::new_err(format!("path must have shape (N, 2), got {shape:?}")));
-            }
             let array = numpy.call_method1(intern!(py, "ascontiguousarray"), (array, intern!(py, "float64")))?;
-            array.cast_into::<PyArray2<f64>>().map_err(|_| wrong())?
+            array.cast_into::<PyArrayDyn<f64>>().map_err(|_| wrong())?
         }
     };
-    if array.shape()[1] != 2 {
+    if !matches!(array.shape(), [_, 2]) {
         return Err(PyValueError::new_err(format!("path must have shape (N, 2), got {:?}", array.shape())));
     }
     Ok(array.to_vec()?.chunks_exact(2).map(|point| [point[0], point[1]]).collect())

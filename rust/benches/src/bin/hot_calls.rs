@@ -140,7 +140,7 @@ fn swept_points(times: usize) {
     let scan = scanner();
     let path = path(&scan);
     in_turn(times, &seen(&scan), |points| {
-        let ttc = path.min(&plane(points), 0, TURNING).expect("the motion makes sense");
+        let ttc = path.min(&plane(points), 0, TURNING.into()).expect("the motion makes sense");
         assert!(ttc.expect("the room is seen").is_finite());
     });
 }
@@ -150,7 +150,7 @@ fn every_swept_point(times: usize) {
     let path = path(&scan);
     let mut out = [0.0_f32; BEAMS];
     in_turn(times, &seen(&scan), |points| {
-        path.per_point(&plane(points), 0, TURNING, &mut ColumnMut::new(&mut out), None).expect("lengths agree");
+        path.per_point(&plane(points), 0, TURNING.into(), &mut ColumnMut::new(&mut out), None).expect("lengths agree");
         assert!(black_box(&out)[BEAMS / 2] > 0.0);
     });
 }
@@ -160,7 +160,7 @@ fn swept_beams(times: usize) {
     let rooms = rooms::<f32>(&scan);
     let path = ScanSweptPath::new(scan, 5.0).expect("the car has an outline");
     in_turn(times, &rooms, |ranges| {
-        let nearest = path.nearest(Column::new(ranges), TURNING).expect("one range for each beam");
+        let nearest = path.nearest(Column::new(ranges), TURNING.into()).expect("one range for each beam");
         assert!(nearest.beam.is_some());
     });
 }

@@ -4,30 +4,28 @@
 //! from the vehicle; on a line when the vehicle drives straight. [`frame`] is where points come from: a cloud, or the
 //! beams of a scanner. [`sweep`] says when a point's path first meets the outline, how far the point is from it now,
 //! and how fast that shrinks. [`search`] finds the point that is first, and computes exactly only the few points that
-//! bounds do not rule out. [`planned`] does so for a path that is planned, instead of a motion that stays.
+//! bounds do not rule out. [`planned`] does so for a path that is planned, instead of a motion that stays. A [`course`]
+//! is one or the other.
 
+mod course;
 mod frame;
 mod planned;
 mod search;
 mod sweep;
 
-pub use planned::PlannedPath;
-pub(crate) use {
-    frame::Frame,
-    planned::Following,
-    search::{each, entering, least},
-    sweep::Sweep,
-};
+pub use {course::Course, planned::PlannedPath};
+pub(crate) use {course::Way, frame::Frame, sweep::Sweep};
 
-use crate::column::{Column, ColumnMut};
+use crate::column::{Column, ColumnMut, by_layout};
 use crate::error::{Error, duration, one_entry_each};
 use crate::hit::{Counts, Hit};
 use crate::points::Points;
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
-use crate::vehicle::{Motion, Outline};
+use crate::vehicle::Outline;
 use frame::Planar;
+use planned::Following;
 use sweep::Approach;
 
 /// The longest horizon, s.
@@ -85,54 +83,6 @@ impl SweptPath {
         self.horizon
     }
 
-    /// Checks a motion, as every function that takes one does.
-    ///
-    /// # Errors
-    /// When the motion makes no sense for this outline.
-    pub fn check_motion(&self, motion: Motion) -> Result<(), Error> {
-        self.sweep(motion).map(|_| ())
-    }
-
-    /// Returns the outline in one motion, if that makes sense.
-    pub(crate) fn sweep(&self, motion: Motion) -> Result<Sweep, Error> {
-        Sweep::new(self.outline, self.horizon, motion)
-    }
-
-    /// Returns the least time until one of the points of a row enters the outline, s; infinite when none does within
-    /// the horizon, `None` when there is no valid point.
-    ///
-    /// # Errors
-    /// When the motion makes no sense.
-    ///
-    /// # Panics
-    /// When there is no such row.
-    pub fn min<T: Real>(&self, points: &Points<'_, T>, row: usize, motion: Motion) -> Result<Option<f64>, Error> {
-        let sweep = self.sweep(motion)?;
-        let points = Planar(points.xyz(row));
-        let best = match points.dense() {
-            Some(points) => least(self.level, points, &sweep),
-            None => least(self.level, points, &sweep),
-        };
-        Ok((best.closes() || points.any_valid()).then_some(best.ttc))
-    }
-
-    /// Returns the point of a row that is hit first, and everything that says why.
-    ///
-    /// # Errors
-    /// When the motion makes no sense.
-    ///
-    /// # Panics
-    /// When there is no such row.
-    pub fn nearest<T: Real>(&self, points: &Points<'_, T>, row: usize, motion: Motion) -> Result<NearestPoint, Error> {
-        let sweep = self.sweep(motion)?;
-        let points = Planar(points.xyz(row));
-        let (best, counts) = match points.dense() {
-            Some(points) => (least(self.level, points, &sweep), points.count(self.level, self.outline)),
-            None => (least(self.level, points, &sweep), points.count(self.level, self.outline)),
-        };
-        Ok(why(points, &sweep, best, counts))
-    }
-
     /// Makes the path that the vehicle will follow from points in its present frame, m.
     ///
     /// # Errors
@@ -142,92 +92,60 @@ impl SweptPath {
         PlannedPath::new(self.outline, points)
     }
 
-    /// Checks a speed, as every function that takes a path does.
+    /// Checks a course, as every function that takes one does.
     ///
     /// # Errors
-    /// When it makes no sense, or has the other sign than the way that the path leads.
-    pub fn check_speed(&self, path: &PlannedPath, speed: f64) -> Result<(), Error> {
-        self.following(path, speed).map(|_| ())
+    /// When the motion makes no sense for this outline, or the speed has another sign than the way that the path leads.
+    pub fn check(&self, course: Course<'_>) -> Result<(), Error> {
+        self.way(course).map(|_| ())
     }
 
-    /// Returns a path as it is followed at a speed.
-    pub(crate) fn following<'a>(&self, path: &'a PlannedPath, speed: f64) -> Result<Following<'a>, Error> {
-        Ok(Following::new(path, self.sweep(path.motion(speed)?)?, speed))
+    /// Returns the outline on a course, if that makes sense.
+    pub(crate) fn way<'a>(&self, course: Course<'a>) -> Result<Way<'a>, Error> {
+        let now = Sweep::new(self.outline, self.horizon, course.motion()?)?;
+        Ok(match course {
+            Course::Steady(_) => Way::Steady(now),
+            Course::Planned(path, speed) => Way::Planned(Following::new(path, now, speed)),
+        })
     }
 
-    /// Returns the least time until one of the points of a row enters the outline on its path, as `min` does.
+    /// Returns the least time until one of the points of a row enters the outline, s; infinite when none does within
+    /// the horizon, `None` when there is no valid point.
     ///
     /// # Errors
-    /// When the speed makes no sense.
+    /// When the course makes no sense.
     ///
     /// # Panics
     /// When there is no such row.
-    pub fn min_along<T: Real>(
-        &self,
-        points: &Points<'_, T>,
-        row: usize,
-        path: &PlannedPath,
-        speed: f64,
-    ) -> Result<Option<f64>, Error> {
-        let following = self.following(path, speed)?;
-        let points = Planar(points.xyz(row));
-        let best = match points.dense() {
-            Some(points) => following.least(self.level, points),
-            None => following.least(self.level, points),
-        };
+    pub fn min<T: Real>(&self, points: &Points<'_, T>, row: usize, course: Course<'_>) -> Result<Option<f64>, Error> {
+        let (way, points) = (self.way(course)?, Planar(points.xyz(row)));
+        let best = by_layout!(points, |points| way.least(self.level, points));
         Ok((best.closes() || points.any_valid()).then_some(best.ttc))
     }
 
-    /// Returns the point of a row that is hit first on a path, and everything that says why.
+    /// Returns the point of a row that is hit first, and everything that says why.
     ///
     /// # Errors
-    /// When the speed makes no sense.
+    /// When the course makes no sense.
     ///
     /// # Panics
     /// When there is no such row.
-    pub fn nearest_along<T: Real>(
+    pub fn nearest<T: Real>(
         &self,
         points: &Points<'_, T>,
         row: usize,
-        path: &PlannedPath,
-        speed: f64,
+        course: Course<'_>,
     ) -> Result<NearestPoint, Error> {
-        let following = self.following(path, speed)?;
-        let points = Planar(points.xyz(row));
-        let (best, counts) = match points.dense() {
-            Some(points) => (following.least(self.level, points), points.count(self.level, self.outline)),
-            None => (following.least(self.level, points), points.count(self.level, self.outline)),
-        };
-        Ok(why(points, &following.now, best, counts))
-    }
-
-    /// Writes the time until each point of a row enters the outline on a path, as `per_point` does.
-    ///
-    /// # Errors
-    /// When a length or the speed makes no sense.
-    ///
-    /// # Panics
-    /// When there is no such row.
-    pub fn per_point_along<'o, T: Real>(
-        &self,
-        points: &Points<'_, T>,
-        row: usize,
-        path: &PlannedPath,
-        speed: f64,
-        out: &mut ColumnMut<'o, T>,
-        status_out: Option<&mut ColumnMut<'o, u8>>,
-    ) -> Result<(), Error> {
-        let following = self.following(path, speed)?;
-        let points = Planar(points.xyz(row));
-        check_outputs(points.len(), out, status_out.as_deref())?;
-        following.each(self.level, points, out, status_out);
-        Ok(())
+        let (way, points) = (self.way(course)?, Planar(points.xyz(row)));
+        let (best, counts) =
+            by_layout!(points, |points| (way.least(self.level, points), points.count(self.level, self.outline)));
+        Ok(why(points, way.now(), best, counts))
     }
 
     /// Writes the time until each point of a row enters the outline into `out`, and what it means into `status_out`.
     ///
     /// # Errors
-    /// When a length or the motion makes no sense.
+    /// When a length or the course makes no sense.
     ///
     /// # Panics
     /// When there is no such row.
@@ -235,17 +153,13 @@ impl SweptPath {
         &self,
         points: &Points<'_, T>,
         row: usize,
-        motion: Motion,
+        course: Course<'_>,
         out: &mut ColumnMut<'o, T>,
         status_out: Option<&mut ColumnMut<'o, u8>>,
     ) -> Result<(), Error> {
-        let sweep = self.sweep(motion)?;
-        let points = Planar(points.xyz(row));
+        let (way, points) = (self.way(course)?, Planar(points.xyz(row)));
         check_outputs(points.len(), out, status_out.as_deref())?;
-        match points.dense() {
-            Some(points) => each(self.level, points, &sweep, out, status_out),
-            None => each(self.level, points, &sweep, out, status_out),
-        }
+        by_layout!(points, |points| way.each(self.level, points, out, status_out));
         Ok(())
     }
 }
@@ -308,7 +222,7 @@ mod tests {
         let (x, y): (Vec<f32>, Vec<f32>) = (0..200).map(place).unzip();
         let points = plane(&x, &y);
         for (speed, yaw_rate) in [(2.0, 0.0), (-2.0, 0.3), (0.0, 1.5), (3.0, 1e-16), (0.0, 0.0)] {
-            let motion = Motion { speed, yaw_rate, lateral_speed: 0.0 };
+            let motion = Motion { speed, yaw_rate, lateral_speed: 0.0 }.into();
             let mut said = vec![];
             for level in Level::all() {
                 let path = SweptPath::new(CAR, 2.0, level).unwrap();
@@ -330,11 +244,11 @@ mod tests {
         let (x, y) = ([1.0_f32, 2.0], [0.0_f32; 2]);
         let mut short = [0.0_f32; 1];
         let out = &mut ColumnMut::new(&mut short);
-        assert_eq!(path.per_point(&plane(&x, &y), 0, Motion::default(), out, None).unwrap_err().argument, "out");
+        assert_eq!(path.per_point(&plane(&x, &y), 0, Motion::default().into(), out, None).unwrap_err().argument, "out");
         let spinning = Motion { yaw_rate: 4e8, ..Motion::default() };
-        assert_eq!(path.check_motion(spinning).unwrap_err().argument, "yaw_rate");
+        assert_eq!(path.check(spinning.into()).unwrap_err().argument, "yaw_rate");
         assert!(SweptPath::new(CAR, f64::INFINITY, Level::BASELINE).is_err());
         assert!(SweptPath::new(Outline { x_front: 1e7, ..CAR }, 5.0, Level::BASELINE).is_err());
-        assert_eq!(path.nearest(&plane(&[], &[]), 0, Motion::default()).unwrap().status, Status::NoData);
+        assert_eq!(path.nearest(&plane(&[], &[]), 0, Motion::default().into()).unwrap().status, Status::NoData);
     }
 }

@@ -304,7 +304,7 @@ fn poses(steps: &[Step]) -> Result<Vec<Pose>, Error> {
 pub(crate) struct Following<'a> {
     path: &'a PlannedPath,
     /// The present motion.
-    pub now: Sweep,
+    pub(super) now: Sweep,
     /// The speed along the path, m/s, without sign.
     pace: f64,
 }
@@ -315,7 +315,7 @@ impl<'a> Following<'a> {
     }
 
     /// Returns the point that is hit first.
-    pub(crate) fn least<T: Real>(&self, level: Level, frame: impl Frame<T>) -> Hit {
+    pub(super) fn least<T: Real>(&self, level: Level, frame: impl Frame<T>) -> Hit {
         let (blocks, mut candidates) = self.candidates(level, frame);
         candidates.sort_unstable();
         let (mut best, mut sweeps, mut swept) = (Hit::NONE, Vec::new(), u32::MAX);
@@ -333,7 +333,7 @@ impl<'a> Following<'a> {
     }
 
     /// Returns every point that is hit.
-    pub(crate) fn entering<T: Real>(&self, level: Level, frame: impl Frame<T>) -> Vec<Hit> {
+    pub(super) fn entering<T: Real>(&self, level: Level, frame: impl Frame<T>) -> Vec<Hit> {
         let (blocks, mut candidates) = self.candidates(level, frame);
         candidates.sort_unstable_by_key(|(block, index)| (*index, *block));
         let sweeps: Vec<_> = blocks.iter().map(|block| self.sweeps(block)).collect();
@@ -348,7 +348,7 @@ impl<'a> Following<'a> {
     }
 
     /// Writes the times of all points into `out`, and what they mean into `status_out`.
-    pub(crate) fn each<'o, T: Real>(
+    pub(super) fn each<'o, T: Real>(
         &self,
         level: Level,
         frame: impl Frame<T>,

@@ -141,7 +141,7 @@ struct Candidate<T> {
 }
 
 /// Returns the point that is hit first.
-pub(crate) fn least<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Hit {
+pub(super) fn least<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Hit {
     let mut best = Hit::NONE;
     let Some(bounds) = Bounds::new(sweep, frame.error(sweep.reach)) else { return best };
     let mut candidates = level.run(Gather { frame, bounds, limit: bounds.limit(sweep.horizon) });
@@ -164,7 +164,7 @@ pub(crate) fn least<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) 
 }
 
 /// Returns every point that is hit.
-pub(crate) fn entering<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Vec<Hit> {
+pub(super) fn entering<T: Real>(level: Level, frame: impl Frame<T>, sweep: &Sweep) -> Vec<Hit> {
     let Some(bounds) = Bounds::new(sweep, frame.error(sweep.reach)) else { return Vec::new() };
     let candidates = level.run(Gather { frame, bounds, limit: bounds.limit(sweep.horizon) });
     candidates.into_iter().map(|candidate| decide(&frame, sweep, candidate.index)).filter(Hit::closes).collect()
@@ -214,7 +214,7 @@ impl<T: Real, F: Frame<T>> Kernel for Gather<F, T> {
 }
 
 /// Writes the times of all points into `out`, and what they mean into `status_out`.
-pub(crate) fn each<'o, T: Real>(
+pub(super) fn each<'o, T: Real>(
     level: Level,
     frame: impl Frame<T>,
     sweep: &Sweep,

@@ -4,11 +4,11 @@ use super::field_of_view::{FieldOfView, widest};
 use super::readings::Rules;
 use super::tables::{ExactBeams, KernelTables, Tables};
 use super::{Nearest, Range, ScanTtc, View};
-use crate::column::{Column, ColumnMut, Source};
+use crate::column::{Column, ColumnMut, Source, by_layout};
 use crate::error::{Error, non_negative};
 use crate::hit::Hit;
 use crate::lanes::{Lanes, window};
-use crate::path::{Following, Frame, PlannedPath, Sweep, SweptPath, each, entering, least};
+use crate::path::{Course, Frame, PlannedPath, Sweep, SweptPath, Way};
 use crate::real::Real;
 use crate::simd::Level;
 use crate::status::Status;
@@ -47,26 +47,6 @@ impl ScanSweptPath {
         self.path.horizon()
     }
 
-    /// Returns the least time until the point of a beam enters the outline, s; `None` when nothing valid was observed.
-    ///
-    /// # Errors
-    /// When the number of ranges or the motion makes no sense.
-    pub fn min<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Option<f64>, Error> {
-        let (view, sweep) = self.view(ranges, motion)?;
-        let (best, _) = view.first(&sweep);
-        Ok((best.closes() || view.observes()).then_some(best.ttc))
-    }
-
-    /// Returns the beam whose point is hit first, and everything that says why.
-    ///
-    /// # Errors
-    /// When the number of ranges or the motion makes no sense.
-    pub fn nearest<T: Range>(&self, ranges: Column<'_, T>, motion: Motion) -> Result<Nearest, Error> {
-        let (view, sweep) = self.view(ranges, motion)?;
-        let (best, confirmed) = view.first(&sweep);
-        Ok(view.nearest(best, confirmed))
-    }
-
     /// Makes the path that the vehicle will follow from points in its present frame, m.
     ///
     /// # Errors
@@ -75,78 +55,52 @@ impl ScanSweptPath {
         self.path.plan(points)
     }
 
-    /// Returns the least time until the point of a beam enters the outline on its path, as `min` does.
+    /// Checks a course, as every function that takes one does.
     ///
     /// # Errors
-    /// When the number of ranges or the speed makes no sense.
-    pub fn min_along<T: Range>(
-        &self,
-        ranges: Column<'_, T>,
-        path: &PlannedPath,
-        speed: f64,
-    ) -> Result<Option<f64>, Error> {
-        let (view, following) = self.view_along(ranges, path, speed)?;
-        let (best, _) = view.first_along(&following);
+    /// When the motion makes no sense for the scanner or its outline, or the speed has another sign than the way that
+    /// the path leads.
+    pub fn check(&self, course: Course<'_>) -> Result<(), Error> {
+        self.scan.check_motion(course.motion()?)?;
+        self.path.check(course)
+    }
+
+    /// Returns the least time until the point of a beam enters the outline, s; `None` when nothing valid was observed.
+    ///
+    /// # Errors
+    /// When the number of ranges or the course makes no sense.
+    pub fn min<T: Range>(&self, ranges: Column<'_, T>, course: Course<'_>) -> Result<Option<f64>, Error> {
+        let (view, way) = self.view(ranges, course)?;
+        let (best, _) = view.first(&way);
         Ok((best.closes() || view.observes()).then_some(best.ttc))
     }
 
-    /// Returns the beam whose point is hit first on a path, and everything that says why.
+    /// Returns the beam whose point is hit first, and everything that says why.
     ///
     /// # Errors
-    /// When the number of ranges or the speed makes no sense.
-    pub fn nearest_along<T: Range>(
-        &self,
-        ranges: Column<'_, T>,
-        path: &PlannedPath,
-        speed: f64,
-    ) -> Result<Nearest, Error> {
-        let (view, following) = self.view_along(ranges, path, speed)?;
-        let (best, confirmed) = view.first_along(&following);
+    /// When the number of ranges or the course makes no sense.
+    pub fn nearest<T: Range>(&self, ranges: Column<'_, T>, course: Course<'_>) -> Result<Nearest, Error> {
+        let (view, way) = self.view(ranges, course)?;
+        let (best, confirmed) = view.first(&way);
         Ok(view.nearest(best, confirmed))
-    }
-
-    /// Writes the time until the point of each beam enters the outline on a path, as `per_beam` does.
-    ///
-    /// # Errors
-    /// When a length or the speed makes no sense.
-    pub fn per_beam_along<'o, T: Range>(
-        &self,
-        ranges: Column<'_, T>,
-        path: &PlannedPath,
-        speed: f64,
-        out: &mut ColumnMut<'o, T>,
-        status_out: Option<&mut ColumnMut<'o, u8>>,
-    ) -> Result<(), Error> {
-        let (view, following) = self.view_along(ranges, path, speed)?;
-        self.scan.check_outputs(out, status_out.as_deref())?;
-        following.each(view.scan.level, view.beams(ranges), out, status_out);
-        Ok(())
-    }
-
-    /// Checks a speed, as every function that takes a path does.
-    ///
-    /// # Errors
-    /// When it makes no sense, or has the other sign than the way that the path leads.
-    pub fn check_speed(&self, path: &PlannedPath, speed: f64) -> Result<(), Error> {
-        self.path.check_speed(path, speed)
     }
 
     /// Writes the time until the point of each beam enters the outline into `out`, and what it means into `status_out`.
     ///
     /// # Errors
-    /// When a length or the motion makes no sense.
+    /// When a length or the course makes no sense.
     pub fn per_beam<'o, T: Range>(
         &self,
         ranges: Column<'_, T>,
-        motion: Motion,
+        course: Course<'_>,
         out: &mut ColumnMut<'o, T>,
         status_out: Option<&mut ColumnMut<'o, u8>>,
     ) -> Result<(), Error> {
-        let (view, sweep) = self.view(ranges, motion)?;
+        let (view, way) = self.view(ranges, course)?;
         self.scan.check_outputs(out, status_out.as_deref())?;
         match ranges.dense() {
-            Some(ranges) => each(view.scan.level, view.beams(ranges), &sweep, out, status_out),
-            None => each(Level::BASELINE, view.beams(ranges), &sweep, out, status_out),
+            Some(ranges) => way.each(self.scan.level, view.beams(ranges), out, status_out),
+            None => way.each(Level::BASELINE, view.beams(ranges), out, status_out),
         }
         Ok(())
     }
@@ -162,36 +116,19 @@ impl ScanSweptPath {
         ahead: f64,
         others: impl IntoIterator<Item = &'a ScanSweptPath>,
     ) -> Result<f64, Error> {
-        self.check_motion(motion)?;
+        self.check(motion.into())?;
         let (outline, ahead) = (self.path.outline(), non_negative("ahead", ahead)?);
         let unseen = |view: &FieldOfView| view.unseen(outline, motion, ahead);
         let by_none = others.into_iter().fold(unseen(&self.view), |by_none, other| by_none & unseen(&other.view));
         Ok(widest(by_none, outline, motion))
     }
 
-    /// Checks a motion, as every function that takes one does.
-    ///
-    /// # Errors
-    /// When the motion makes no sense for the scanner or its outline.
-    pub fn check_motion(&self, motion: Motion) -> Result<(), Error> {
-        self.scan.check_motion(motion)?;
-        self.path.check_motion(motion)
-    }
-
-    fn view<'a, T: Range>(&'a self, ranges: Column<'a, T>, motion: Motion) -> Result<(View<'a, T>, Sweep), Error> {
-        Ok((self.scan.view(ranges, motion)?, self.path.sweep(motion)?))
-    }
-
-    fn view_along<'a, 'p, T: Range>(
+    fn view<'a, T: Range>(
         &'a self,
         ranges: Column<'a, T>,
-        path: &'p PlannedPath,
-        speed: f64,
-    ) -> Result<(View<'a, T>, Following<'p>), Error> {
-        let following = self.path.following(path, speed)?;
-        let Sweep { vx, vy, omega, .. } = following.now;
-        let motion = Motion { speed: vx, yaw_rate: omega, lateral_speed: vy };
-        Ok((self.scan.view(ranges, motion)?, following))
+        course: Course<'a>,
+    ) -> Result<(View<'a, T>, Way<'a>), Error> {
+        Ok((self.scan.view(ranges, course.motion()?)?, self.path.way(course)?))
     }
 }
 
@@ -202,29 +139,12 @@ impl<T: Range> View<'_, T> {
     }
 
     /// Returns the deciding beam, and whether the vote, if there is one, confirms it.
-    fn first(&self, sweep: &Sweep) -> (Hit, bool) {
-        match self.ranges.dense() {
-            Some(ranges) => self.first_of(self.beams(ranges), sweep),
-            None => self.first_of(self.beams(self.ranges), sweep),
-        }
-    }
-
-    /// Returns the deciding beam on a path, and whether the vote, if there is one, confirms it.
-    fn first_along(&self, following: &Following<'_>) -> (Hit, bool) {
-        match (self.scan.settings.beam_vote, self.ranges.dense()) {
-            (Some(beam_vote), _) => {
-                self.elected(beam_vote, following.entering(self.scan.level, self.beams(self.ranges)))
-            }
-            (None, Some(ranges)) => (following.least(self.scan.level, self.beams(ranges)), true),
-            (None, None) => (following.least(self.scan.level, self.beams(self.ranges)), true),
-        }
-    }
-
-    fn first_of<S: Source<T>>(&self, beams: Beams<'_, T, S>, sweep: &Sweep) -> (Hit, bool) {
-        match self.scan.settings.beam_vote {
-            None => (least(self.scan.level, beams, sweep), true),
-            Some(beam_vote) => self.elected(beam_vote, entering(self.scan.level, beams, sweep)),
-        }
+    fn first(&self, way: &Way<'_>) -> (Hit, bool) {
+        let (level, vote) = (self.scan.level, self.scan.settings.beam_vote);
+        by_layout!(self.ranges, |ranges| match vote {
+            None => (way.least(level, self.beams(ranges)), true),
+            Some(vote) => self.elected(vote, way.entering(level, self.beams(ranges))),
+        })
     }
 }
 
