@@ -17,7 +17,10 @@ CLOUD = (
     "rust/core/src/cloud rust/core/src/alignment python/ttc_fast/reference/cloud python/ttc_fast/reference/alignment"
 )
 ROAD = "rust/core/src/road python/ttc_fast/reference/road.py"
-BRAKE = "python/ttc_fast/brake python/ttc_fast/replay tests/brake tests/replay docs/braking.md"
+BRAKE = (
+    "python/ttc_fast/brake python/ttc_fast/replay tests/brake tests/replay "
+    "docs/braking.md docs/closed_loop.md docs/racing.md"
+)
 REPLAY = "python/ttc_fast/replay tests/replay"
 LOGS = "python/ttc_fast/logs tests/logs"
 

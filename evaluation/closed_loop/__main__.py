@@ -105,7 +105,7 @@ def main() -> None:
         "--held-out", type=int, default=0, help="drives of the default with the next seed (default none)"
     )
     parser.add_argument("--processes", type=int, help="default: as many as there are processors")
-    parser.add_argument("--markdown", type=Path, help="a document to put the tables into, such as docs/braking.md")
+    parser.add_argument("--markdown", type=Path, help="a document to put the tables into, such as docs/closed_loop.md")
     chosen = parser.parse_args()
     results: list[dict[str, list[Drive]]] = [{name: [] for name in SETTINGS}, {DEFAULT: []}]
     every, rest = range(min(chosen.others, chosen.runs)), range(min(chosen.others, chosen.runs), chosen.runs)

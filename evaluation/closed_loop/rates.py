@@ -91,7 +91,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=1_000, help="drives for each rate and rule (default %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of all drives (default %(default)s)")
     parser.add_argument("--processes", type=int, help="default: as many as there are processors")
-    parser.add_argument("--markdown", type=Path, help="a document to put the table into, such as docs/braking.md")
+    parser.add_argument("--markdown", type=Path, help="a document to put the table into, such as docs/closed_loop.md")
     chosen = parser.parse_args()
     with ProcessPoolExecutor(chosen.processes) as pool:
         results = list(pool.map(partial(drives_at, chosen.seed), range(chosen.runs), chunksize=10))

@@ -120,7 +120,7 @@ def main() -> None:
     parser.add_argument("--courses", nargs="*", help="which of them, such as 'random 7' (default: all)")
     parser.add_argument("--seed", type=int, help=f"of drives at random (default {UNSEEN_SEED})")
     parser.add_argument("--processes", type=int, help="default: as many as there are processors")
-    parser.add_argument("--markdown", type=Path, help="a document to put the tables into, such as docs/braking.md")
+    parser.add_argument("--markdown", type=Path, help="a document to put the tables into, such as docs/racing.md")
     chosen = parser.parse_args()
     few = chosen.compare
     defaults = {

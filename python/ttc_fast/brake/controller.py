@@ -174,7 +174,7 @@ class BrakeController:
         Criteria: ``StoppingDistance(reaction_time=0.15)``, and ``PresentArc(sharpest=0.8 / length)`` for the arc that
         the car is on or, without a plan, may turn to: 0.8 over the length of the outline is a steering angle of 24
         degrees. Two of the last three frames trigger. Give ``path`` with each frame: without one, it keeps so much
-        room that the car could turn into any wall, and a line close to a wall is a cause to brake. docs/braking.md has
+        room that the car could turn into any wall, and a line close to a wall is a cause to brake. docs/racing.md has
         the laps and the collisions of this set.
 
         Parameters
@@ -212,7 +212,7 @@ class BrakeController:
         """Return a controller that would rather stop once too often.
 
         Criteria: ``SweptPathThreshold(1.5)`` and ``StoppingDistance(4.0, reaction_time=0.2, margin=0.3)``. Two of the
-        last three frames trigger, and it warns at twice a threshold. docs/braking.md has its closed-loop figures.
+        last three frames trigger, and it warns at twice a threshold. docs/racing.md has its figures.
 
         Parameters
         ----------
