@@ -72,7 +72,7 @@ def forget_a_vote(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def look_everywhere(monkeypatch: pytest.MonkeyPatch) -> None:
     """The path is taken to be seen, wherever it leads."""
-    monkeypatch.setattr(FieldsOfView, "unseen", lambda *_: (False, None))
+    monkeypatch.setattr(FieldsOfView, "unseen", lambda *_: False)
 
 
 def believe_every_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -82,7 +82,7 @@ def believe_every_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def stop_when_standing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A braked vehicle that stands is taken to stay there."""
-    monkeypatch.setattr(Evaluator, "_would_be_clear", lambda *_: (True, False, None))
+    monkeypatch.setattr(Evaluator, "_would_be_clear", lambda *_: (True, False))
 
 
 MUTATIONS = [

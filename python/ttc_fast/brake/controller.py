@@ -343,7 +343,7 @@ class BrakeController:
             unsafe = watchdog(state, settings, now)
             if unsafe is not None and self._brakes_when_blind:
                 for brake in state.brakes:
-                    brake.brake(now, state.motion or STANDING)
+                    brake.brake(now, state.newest[0] or STANDING)
             status, threats, _, _, _ = assessed
             return decide(state, settings, now, unsafe, override, status, threats)
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 NONE, WARN, BRAKE = Command  # a name is looked up faster than the member of an enumeration
 CONTACT = Status.CONTACT
-CLEAR, NEAR, CRITERION, UNSEEN = Reason.CLEAR, Reason.NEAR, Reason.CRITERION, Reason.UNSEEN
+CLEAR, NEAR, VOTING, CRITERION, UNSEEN = Reason.CLEAR, Reason.NEAR, Reason.VOTING, Reason.CRITERION, Reason.UNSEEN
 
 
 def watchdog(state: ControllerState, settings: BrakeSettings, now: float) -> Reason | None:
@@ -64,24 +64,35 @@ def decide(
     """
     brake, without = state.brake, state.brake_without_estimates
     braking = brake.on or (without is not None and without.on)  # an estimate can only add
+    criterion, evaluation, rests_in_contact, is_unseen = state.found
+    value, threshold, threat = evaluation
+    deceleration, limit = 0.0, math.inf
+    command = BRAKE if braking else WARN
     if override:
         command, reason = NONE, Reason.OVERRIDE
     elif unsafe is not None:
-        command, reason = (BRAKE if braking else WARN), unsafe
+        reason = unsafe
+    elif value < threshold:
+        reason = CRITERION if braking else VOTING
+    elif is_unseen:
+        reason = UNSEEN
     elif braking:
-        command, reason = BRAKE, why_braking(state, settings, now)
+        reason = Reason.STANDSTILL if stands(state, settings, now) else Reason.HOLD
+    elif value < settings.warn_at * threshold:
+        reason = NEAR
+    elif rests_in_contact:
+        reason = Reason.CONTACT
     else:
-        command, reason = why_not_braking(state, settings)
-    deceleration, limit = 0.0, math.inf
+        command, reason = NONE, Reason.ESCAPE if threat is not None and threat.status is CONTACT else CLEAR
     if command is BRAKE:
         deceleration, limit = settings.deceleration, 0.0
     elif command is WARN:
-        limit = speed_limit(state)
+        if threat is not None and threshold > 0.0 and value < math.inf:
+            limit = abs(threat.closing_speed) * value / threshold
         if reason is UNSEEN and settings.creep_speed > 0.0:
             limit = min(limit, settings.creep_speed)
     triggered, clear = brake.trigger_votes.bit_count(), brake.release_votes.bit_count()
     counters = new(Counters, (state.frames, state.ignored, state.blind, triggered, clear))
-    value, threshold, threat = state.evaluation
     return new(
         Decision,
         (
@@ -89,7 +100,7 @@ def decide(
             reason,
             deceleration,
             limit,
-            state.criterion,
+            criterion,
             value,
             threshold,
             threat,
@@ -101,36 +112,8 @@ def decide(
     )
 
 
-def why_braking(state: ControllerState, settings: BrakeSettings, now: float) -> Reason:
-    """Return why the controller brakes."""
-    value, threshold, _ = state.evaluation
-    if value < threshold:
-        return CRITERION
-    if state.unseen:
-        return UNSEEN
-    motion, fresh = state.motion, -CLOCK_TOLERANCE <= now - state.motion_at <= settings.motion_timeout
-    stands = motion is not None and fresh and abs(motion.speed) < settings.standstill_speed
-    return Reason.STANDSTILL if stands else Reason.HOLD
-
-
-def why_not_braking(state: ControllerState, settings: BrakeSettings) -> tuple[Command, Reason]:
-    """Return the command and its reason where the controller does not brake."""
-    value, threshold, threat = state.evaluation
-    if value < threshold:
-        return WARN, Reason.VOTING
-    if state.unseen:
-        return WARN, UNSEEN
-    if value < settings.warn_at * threshold:
-        return WARN, NEAR
-    if state.rests_in_contact:
-        return WARN, Reason.CONTACT
-    in_contact = threat is not None and threat.status is CONTACT
-    return NONE, (Reason.ESCAPE if in_contact else CLEAR)
-
-
-def speed_limit(state: ControllerState) -> float:
-    """Return the speed at which the criterion would brake if all else were the same, m/s."""
-    value, threshold, threat = state.evaluation
-    if threat is None or not (threshold > 0.0 and value < math.inf):
-        return math.inf
-    return abs(threat.closing_speed) * value / threshold
+def stands(state: ControllerState, settings: BrakeSettings, now: float) -> bool:
+    """Return whether the vehicle surely stands."""
+    motion, motion_at, _, _ = state.newest
+    fresh = -CLOCK_TOLERANCE <= now - motion_at <= settings.motion_timeout
+    return motion is not None and fresh and abs(motion.speed) < settings.standstill_speed

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ttc_fast.brake.decision import Command
 from ttc_fast.brake.frame import CLOCK_TOLERANCE
 from ttc_fast.brake.frozen import hold, hold_estimate
-from ttc_fast.brake.state import NEVER, Held
+from ttc_fast.brake.state import NEVER, Found, Held
 from ttc_fast.brake.types import Motion
 from ttc_fast.status import Status
 
@@ -24,11 +24,9 @@ if TYPE_CHECKING:
 NO_DATA, CONTACT = Status.NO_DATA, Status.CONTACT  # a name is looked up faster than the member of an enumeration
 
 
-Vote = tuple["Criterion", "Evaluation", bool, bool, "Motion | None", bool, bool, tuple[int, ...]]
-"""How a frame votes: the most urgent criterion and its evaluation; whether it triggers, and whether it is clear; the
-motion that it was evaluated for; whether something is inside the outline, and neither motion nor command says which
-way it will go; whether nothing looks at a part of the path, or of the path that a braked vehicle would go on with; the
-edges of the outline that the cloud turned out to look at.
+Vote = tuple[Found, bool, bool, "Motion | None", tuple[int, ...]]
+"""How a frame votes: what it came to; whether it triggers, and whether it is clear; the motion that it was evaluated
+for; the edges of the outline that the cloud turned out to look at.
 """
 
 Assessed = tuple["Status | None", "Threats | None", Held, Vote | None, Vote | None]
@@ -68,19 +66,16 @@ class Evaluator:
         self._assessment, self._fields_of_view, self._settings = assessment, fields_of_view, settings
         self._stops_unseen = settings.when_blind == Command.BRAKE
         self._only_estimates = assessment.only_estimates
+        self._hold = hold_estimate if assessment.only_estimates else hold
         self._release_at, self._min_returns = settings.release_at, settings.min_returns
 
     def assess(self, frame: Frame, state: ControllerState, others: Sequence[Seeing]) -> Assessed:
         """Assess the threats of a frame, and evaluate them by every criterion."""
-        source = state.scans if frame.points is None else state.clouds
-        if not source.newest_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
+        if not frame.source.newest_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
             return IGNORED
         assessment = self._assessment
         threats = assessment.assess(frame)
-        if self._only_estimates:
-            held = hold_estimate(source, frame.estimate, self._settings)
-        else:
-            held = hold(source, frame, assessment, self._settings)
+        held = self._hold(frame, assessment, self._settings)
         status, vote, without = threats.status, None, None
         if status is NO_DATA or threats.returns < self._min_returns:
             status = NO_DATA
@@ -89,18 +84,16 @@ class Evaluator:
         elif held[-1]:
             status = Status.STALE
         else:
-            unseen, edge = self._fields_of_view.unseen(frame, state, frame.motion, others)
-            looks = () if edge is None else (edge,)
-            if others and frame.points is not None:  # another controller may have to know where the driver would go
-                _, edge = self._fields_of_view.unseen(frame, state, frame.commanded)
-                looks = looks if edge is None else (*looks, edge)
-            vote = self._evaluate(frame, threats, state, state.brake, unseen, looks, others)
+            unseen = self._fields_of_view.unseen(frame, state, frame.motion, others)
+            if others and frame.is_cloud:  # another controller may have to know where the driver would go
+                self._fields_of_view.unseen(frame, state, frame.commanded)
+            vote = self._evaluate(frame, threats, state, state.brake, unseen, others)
             other = state.brake_without_estimates
             if other is not None or (frame.estimate is not None and not self._only_estimates):
                 alone = threats
                 if frame.estimate is not None:
                     alone, frame.estimate = threats._replace(estimate=None, estimate_is_sure=False), None
-                without = self._evaluate(frame, alone, state, other or state.brake, unseen, looks, others)
+                without = self._evaluate(frame, alone, state, other or state.brake, unseen, others)
         if assessment.range_rate is not None:
             assessment.take_up(frame)
         return status, threats if vote is not None else None, held, vote, without
@@ -112,21 +105,19 @@ class Evaluator:
         state: ControllerState,
         brake: Brake,
         unseen: bool,
-        looks: tuple[int, ...],
         others: Sequence[Seeing],
     ) -> Vote:
         """Evaluate threats by every criterion, and return how the frame votes on a brake."""
         motion, commanded = frame.motion, frame.commanded
-        criterion, evaluation = self._most_urgent(threats)
+        criterion, evaluation, value, threshold = self._most_urgent(threats)
         rests_in_contact = False
         if threats.status is CONTACT and not self._only_estimates:
             rests_in_contact = not (moves(motion) or moves(commanded))
             if commanded is not None and not brake.on:  # the vehicle must not be driven deeper into contact
                 along = self._assessment.assess_along(frame, commanded, frame.path)
-                other, of_commanded = self._most_urgent(along)
-                if of_commanded.more_urgent_than(evaluation):
-                    criterion, evaluation, motion = other, of_commanded, commanded
-        value, threshold, _ = evaluation
+                of_commanded = self._most_urgent(along)
+                if of_commanded[1].more_urgent_than(evaluation):
+                    (criterion, evaluation, value, threshold), motion = of_commanded, commanded
         triggers, clear = value < threshold, value >= self._release_at * threshold
         if unseen and self._stops_unseen:
             triggers, clear = True, False
@@ -135,12 +126,13 @@ class Evaluator:
         elif clear and brake.on:
             continued = commanded if commanded is not None else self._continued_motion(motion, brake)
             if continued is not None:
-                clear, continues_unseen, edge = self._would_be_clear(frame, continued, state, others)
-                unseen, looks = unseen or continues_unseen, looks if edge is None else (*looks, edge)
-        return criterion, evaluation, triggers, clear, motion or state.motion, rests_in_contact, unseen, looks
+                clear, continues_unseen = self._would_be_clear(frame, continued, state, others)
+                unseen = unseen or continues_unseen
+        found = criterion, evaluation, rests_in_contact, unseen
+        return found, triggers, clear, motion or state.newest[0], frame.looks
 
-    def _most_urgent(self, threats: Threats) -> tuple[Criterion, Evaluation]:
-        """Return the criterion that is nearest to its threshold, or beyond it by most, and its evaluation."""
+    def _most_urgent(self, threats: Threats) -> tuple[Criterion, Evaluation, float, float]:
+        """Return the criterion nearest to its threshold, or beyond it by most, its evaluation, value and threshold."""
         urgent = self._first
         evaluation = urgent.evaluate(threats)
         value, threshold, _ = evaluation
@@ -149,20 +141,21 @@ class Evaluator:
             its_value, its_threshold, _ = other
             if its_value * threshold < value * its_threshold:
                 urgent, evaluation, value, threshold = criterion, other, its_value, its_threshold
-        return urgent, evaluation
+        return urgent, evaluation, value, threshold
 
     def _would_be_clear(
         self, frame: Frame, continued: Motion, state: ControllerState, others: Sequence[Seeing]
-    ) -> tuple[bool, bool, int | None]:
-        """Return whether a frame is clear for what a braked vehicle would go on with, and what is seen of its path.
+    ) -> tuple[bool, bool]:
+        """Return whether a frame is clear for what a braked vehicle would go on with, and whether its path is unseen.
 
         Being slow is not being safe: the vehicle sees nothing come closer because it is braked.
         """
-        _, (value, threshold, _) = self._most_urgent(self._assessment.assess_along(frame, continued, frame.path))
+        along = self._assessment.assess_along(frame, continued, frame.path)
+        _, _, value, threshold = self._most_urgent(along)
         if value < self._release_at * threshold:
-            return False, False, None
-        unseen, edge = self._fields_of_view.unseen(frame, state, continued, others)
-        return not (unseen and self._stops_unseen), unseen, edge
+            return False, False
+        unseen = self._fields_of_view.unseen(frame, state, continued, others)
+        return not (unseen and self._stops_unseen), unseen
 
     def _continued_motion(self, motion: Motion | None, brake: Brake) -> Motion | None:
         """Return the motion of a vehicle that is released and not commanded, or None where that is not known."""

@@ -9,13 +9,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from ttc_fast.brake.state import Source
     from ttc_fast.brake.types import Estimate, Motion
 
 CLOCK_TOLERANCE = 0.1
 """A stamp may lie this far in the future, s, because two clocks are never the same."""
-
-Newest = tuple["Motion | None", float, "Estimate | None", float]
-"""The newest odometry, its stamp, the newest estimate, and the stamp with which its numbers came first."""
 
 
 @dataclass(slots=True, init=False)
@@ -26,8 +24,12 @@ class Frame:
     ----------
     now, stamp : float
         Time of the decision and of the measurement, s.
-    ranges, points
-        The scan or the cloud; both are None where the estimate is the frame.
+    readings
+        The scan or the cloud; None where the estimate is the frame.
+    is_cloud : bool
+        Whether the readings are a cloud.
+    source : Source
+        What is remembered of frames of this kind.
     estimate : Estimate or None
         The newest estimate that is fresh.
     motion : Motion or None
@@ -38,14 +40,18 @@ class Frame:
         The time between two beams of the scan, s.
     path : ndarray, shape (N, 2), or None
         The points that the vehicle will follow, m, where they are given.
+    looks : tuple of int
+        The edges of the outline that the cloud turned out to look at.
     """
 
     now: float
     stamp: float
-    ranges: Any
-    points: Any
+    readings: Any
+    is_cloud: bool
+    source: Source
     estimate: Estimate | None
     motion: Motion | None
     commanded: Motion | None
     time_increment: float
     path: NDArray[np.float64] | None
+    looks: tuple[int, ...]

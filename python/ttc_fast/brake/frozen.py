@@ -23,6 +23,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy import ndarray
 
 from ttc_fast.brake.state import Driven
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
     from ttc_fast.brake.frame import Frame
     from ttc_fast.brake.settings import BrakeSettings
-    from ttc_fast.brake.state import Held, Source
+    from ttc_fast.brake.state import Held
     from ttc_fast.brake.threats import ThreatAssessment
     from ttc_fast.brake.types import Estimate, Motion
 
@@ -53,14 +54,13 @@ BETWEEN_POINTS = 0.15
 """Returns are compared with those this near in direction, rad, or one and a half beams."""
 
 
-def hold(source: Source, frame: Frame, assessment: ThreatAssessment, settings: BrakeSettings) -> Held:
+def hold(frame: Frame, assessment: ThreatAssessment, settings: BrakeSettings) -> Held:
     """Return what is held after a frame."""
-    readings = frame.ranges if frame.points is None else frame.points
-    is_small = type(readings) is np.ndarray and readings.nbytes < MOST_BYTES
+    readings, before = frame.readings, frame.source.held
+    is_small = type(readings) is ndarray and readings.nbytes < MOST_BYTES
     bits = readings.tobytes() if is_small else bits_of(readings)
-    before = source.held
     if bits != before[0] or not bits:
-        before = source.held_before
+        before = frame.source.held_before
         if bits != before[0] or len(bits) < MANY_BYTES:
             return bits, frame.stamp, frame.motion, None, False
     bits, since, motion, driven, is_frozen = before
@@ -80,12 +80,13 @@ def hold(source: Source, frame: Frame, assessment: ThreatAssessment, settings: B
     return bits, since, frame.motion, Driven(frame.stamp, way, x, y, yaw), is_frozen
 
 
-def hold_estimate(source: Source, estimate: Estimate | None, settings: BrakeSettings) -> Held:
+def hold_estimate(frame: Frame, assessment: ThreatAssessment, settings: BrakeSettings) -> Held:
     """Return what is held after an estimate that is the only frame."""
+    estimate, held = frame.estimate, frame.source.held
     if estimate is None or estimate.saw_nothing:
-        return source.held
+        return held
     bits, stamp = repr(estimate[1:]).encode(), estimate.stamp
-    readings, since, *_ = source.held
+    readings, since, *_ = held
     if bits != readings:
         return bits, stamp, None, None, False
     is_old = stamp - since > settings.sensor_timeout
@@ -120,8 +121,8 @@ def returns(frame: Frame, assessment: ThreatAssessment) -> tuple[Floats, Floats,
     Directions increase; the distance is inf where nothing was.
     """
     scan = assessment.scan
-    if frame.points is None and scan is not None:
-        distance = np.array(frame.ranges, np.float64)
+    if not frame.is_cloud and scan is not None:
+        distance = np.array(frame.readings, np.float64)
         bearing = np.remainder(np.asarray(scan.angles, np.float64) + math.pi, 2.0 * math.pi) - math.pi
         seen = (distance >= scan.range_min) & ((distance <= scan.range_max) | (distance == math.inf))
         free = scan.range_max if scan.limits is None else min(scan.limits[1], scan.range_max)
@@ -130,7 +131,7 @@ def returns(frame: Frame, assessment: ThreatAssessment) -> tuple[Floats, Floats,
             seen &= ~np.asarray(scan.mask)
         between = max(1.5 * abs(scan.angles[-1] - scan.angles[0]) / max(scan.beams - 1, 1), BETWEEN_POINTS)
     else:
-        points = frame.points
+        points = frame.readings
         if not isinstance(points, tuple):
             points = np.asarray(points)
             points = (points["x"], points["y"]) if points.dtype.names else (points[..., 0], points[..., 1])
@@ -146,7 +147,7 @@ def returns(frame: Frame, assessment: ThreatAssessment) -> tuple[Floats, Floats,
 def moved(frame: Frame, assessment: ThreatAssessment, x: float, y: float, yaw: float) -> tuple[float, float, float]:
     """Return where the sensor has got, seen from where it was, when the vehicle has moved so; m and rad."""
     scan = assessment.scan
-    if frame.points is not None or scan is None:
+    if frame.is_cloud or scan is None:
         return x, y, yaw
     x_mount, y_mount, yaw_mount = scan.mount
     x += (math.cos(yaw) - 1.0) * x_mount - math.sin(yaw) * y_mount

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import hypot
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast._validate import finite, interval, not_nan, number
@@ -12,9 +13,8 @@ from ttc_fast.brake.types import Estimate, Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.frame import Newest
     from ttc_fast.brake.settings import BrakeSettings
-    from ttc_fast.brake.state import ControllerState
+    from ttc_fast.brake.state import ControllerState, Newest
     from ttc_fast.brake.threats import ThreatAssessment
 
 LIGHT = 299_792_458.0
@@ -36,14 +36,14 @@ def receive(
     path: Any,
 ) -> tuple[Newest, Frame | None]:
     """Check the arguments of an update; return the newest odometry and estimate, and the frame if one came."""
-    newest, motion_at, known, known_since = state.motion, state.motion_at, state.estimate, state.estimate_since
+    latest, motion_at, known, known_since = newest = state.newest
     if motion is not None:
         motion = checked_motion("motion", motion)
         at = motion[3]
         if at is None:
             at = now
         if motion_at <= at <= now + CLOCK_TOLERANCE:
-            newest, motion_at = motion, at
+            newest = latest, motion_at, _, _ = motion, at, known, known_since
     if commanded is not None:
         commanded = checked_commanded(commanded)
     between = settings.time_increment
@@ -56,13 +56,11 @@ def receive(
             if not estimate.repeats(known):
                 known_since = estimate.stamp
             known = estimate
-    remembered = newest, motion_at, known, known_since
-    if ranges is not None or points is not None:
-        if ranges is not None:
-            if points is not None:
-                raise ValueError("a frame must be ranges or points, not both: give each scan and each cloud an update")
-            if getattr(ranges, "ndim", 1) != 1:
-                raise ValueError(f"ranges must be one scan, of shape (beams,), got shape {tuple(ranges.shape)}")
+            newest = latest, motion_at, known, known_since
+    is_cloud = points is not None
+    if is_cloud or ranges is not None:
+        if is_cloud and ranges is not None:
+            raise ValueError("a frame must be ranges or points, not both: give each scan and each cloud an update")
         if type(stamp) is not float or stamp - stamp != 0.0:
             stamp = finite("stamp", stamp)
         estimate = known
@@ -75,22 +73,24 @@ def receive(
     elif estimate is not None and assessment.only_estimates:
         stamp = estimate.stamp
     else:
-        return remembered, None
+        return newest, None
     if not -CLOCK_TOLERANCE <= now - motion_at <= settings.motion_timeout:
-        newest = None
+        latest = None
     if path is not None:
-        path = assessment.checked_path(path, newest)
+        path = assessment.checked_path(path, latest)
     frame = Frame()
     frame.now = now
     frame.stamp = stamp
-    frame.ranges = ranges
-    frame.points = points
+    frame.readings = points if is_cloud else ranges
+    frame.is_cloud = is_cloud
+    frame.source = state.clouds if is_cloud else state.scans
     frame.estimate = estimate
-    frame.motion = newest
+    frame.motion = latest
     frame.commanded = commanded
     frame.time_increment = between
     frame.path = path
-    return remembered, frame
+    frame.looks = ()
+    return newest, frame
 
 
 def checked_motion(argument: str, value: Any) -> Motion:
@@ -101,14 +101,9 @@ def checked_motion(argument: str, value: Any) -> Motion:
         raise TypeError(f"{argument} must be a Motion, such as Motion(4.0), got {value!r}") from None
     speed, yaw_rate, lateral_speed, stamp = motion
     try:
-        if (
-            -LIGHT < speed < LIGHT
-            and -LIGHT < yaw_rate < LIGHT
-            and -LIGHT < lateral_speed < LIGHT
-            and (stamp is None or stamp - stamp == 0.0)
-        ):
+        if hypot(speed, yaw_rate, lateral_speed) < LIGHT and (stamp is None or stamp - stamp == 0.0):
             return motion
-    except TypeError:
+    except (TypeError, OverflowError):
         pass  # the loop finds which of them is not a number
     for name, each in motion._asdict().items():
         if each is not None or name != "stamp":

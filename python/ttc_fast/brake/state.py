@@ -43,6 +43,17 @@ vehicle when the newest frame had them; how it has moved since then, None for th
 
 NEVER: Held = b"", -math.inf, None, None, False
 
+Newest = tuple["Motion | None", float, "Estimate | None", float]
+"""The newest odometry and its stamp, s; the newest estimate of a tracker or a camera, and the stamp with which its
+numbers came first, where a finite TTC is repeated.
+"""
+
+Found = tuple["Criterion | None", "Evaluation", bool, bool]
+"""The most urgent criterion of a frame and its evaluation; whether something is inside the outline, and neither motion
+nor command says which way it will go; whether nothing looks at a part of the path, or of the path that a braked vehicle
+would go on with.
+"""
+
 Quorum = tuple[int, int]
 """How many votes are needed, and the bits of the frames that count."""
 
@@ -146,23 +157,10 @@ class ControllerState:
     """Whether the newest frame is a cloud."""
     cloud_looks: dict[int, float] = field(default_factory=dict)
     """Stamp of the newest cloud that had a point ahead of an edge of the outline, by the number of the edge."""
-    motion: Motion | None = None
-    """The newest odometry."""
-    motion_at: float = -math.inf
-    """Stamp of the newest odometry."""
-    estimate: Estimate | None = None
-    """The newest estimate of a tracker or a camera."""
-    estimate_since: float = -math.inf
-    """The stamp with which its numbers came first, where a finite TTC is repeated."""
-
-    criterion: Criterion | None = None
-    """The most urgent criterion of the newest evaluated frame."""
-    evaluation: Evaluation = NOTHING
-    """The evaluation by that criterion."""
-    rests_in_contact: bool = False
-    """Whether something was inside the outline then, and neither motion nor command said which way it will go."""
-    unseen: bool = False
-    """Whether nothing looked at a part of the path then."""
+    newest: Newest = None, -math.inf, None, -math.inf
+    """The newest odometry and estimate."""
+    found: Found = None, NOTHING, False, False
+    """What the newest evaluated frame came to."""
 
     brake: Brake = field(default_factory=Brake)
     """The brake."""
@@ -184,23 +182,29 @@ class ControllerState:
 
     def saved(self) -> dict[str, Any]:
         """Return everything as plain values, enumerations, named tuples and dicts."""
-        plain = {each.name: getattr(self, each.name) for each in fields(self)}
-        for name, kind in PARTS.items():
-            part = plain[name]
-            plain[name] = part and {each.name: getattr(part, each.name) for each in fields(kind)}
+        plain: dict[str, Any] = {}
+        for name in (each.name for each in fields(self)):
+            value = getattr(self, name)
+            if name in PARTS:
+                value = value and {each.name: getattr(value, each.name) for each in fields(PARTS[name])}
+            plain |= zip(TOGETHER[name], value, strict=True) if name in TOGETHER else {name: value}
         return plain
 
     @classmethod
     def of(cls, saved: dict[str, Any]) -> ControllerState:
         """Return the memory that ``saved`` returned. A ValueError says what is missing."""
-        for name in (each.name for each in fields(cls)):
+        for name in cls().saved():
             if name not in saved:
                 raise ValueError(f"state has no {name}: it must come from state()")
-        plain = {each.name: saved[each.name] for each in fields(cls)}
-        for name, kind in PARTS.items():
-            if plain[name] is not None:
-                plain[name] = kind(**plain[name])
-        return cls(**plain)
+        together = {name: tuple(saved[each] for each in names) for name, names in TOGETHER.items()}
+        parts = {name: None if saved[name] is None else kind(**saved[name]) for name, kind in PARTS.items()}
+        plain = {each.name: saved[each.name] for each in fields(cls) if each.name in saved}
+        return cls(**(plain | together | parts))
 
 
 PARTS: dict[str, Any] = {"scans": Source, "clouds": Source, "brake": Brake, "brake_without_estimates": Brake}
+TOGETHER = {
+    "newest": ("motion", "motion_at", "estimate", "estimate_since"),
+    "found": ("criterion", "evaluation", "rests_in_contact", "unseen"),
+}
+"""What is remembered as one tuple is saved by these names."""

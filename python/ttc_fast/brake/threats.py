@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import TYPE_CHECKING, Any
+from math import hypot
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from ttc_fast._core import NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
+from ttc_fast._core import NearestBatch, NearestPointBatch, RangeRate, ScanSweptPath, ScanTTC, SweptPath
 from ttc_fast.brake.criteria import PresentArc, StoppingDistance
 from ttc_fast.brake.types import STANDING, Needs, Source, Threat, Threats, new
 from ttc_fast.status import Status
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from ttc_fast.brake.types import Criterion, Motion
 
 
-PATH = Source.PATH  # a name is looked up faster than the member of an enumeration
+BEAMS, PATH = Source.BEAMS, Source.PATH  # a name is looked up faster than the member of an enumeration
 UNKNOWN = frozenset({Status.WARMING_UP, Status.STALE, Status.INVALID})
 """The statuses of a range rate, and of an estimate without a TTC, that know no closing speed."""
 
@@ -46,6 +47,8 @@ SOON = 0.3
 
 FEW = 20
 """A scan that has one beam in this many more or less, or is as much wider, is read by the beams of the range rate."""
+BATCHES = frozenset({NearestBatch, NearestPointBatch})
+"""The answers of kernels to several scans or clouds."""
 GEOMETRY = ("angle_min", "angle_increment", "beams")
 
 
@@ -176,61 +179,63 @@ class ThreatAssessment:
 
     def assess(self, frame: Frame) -> Threats:
         """Return the threats of a new frame: by the vehicle's motion, or else by the range rate, which takes it up."""
+        motion = frame.motion
         if self.only_estimates:
             return self._assess_estimate(frame)
-        motion = frame.motion
-        if motion is not None:
-            threats = self.assess_along(frame, motion, frame.path)
-            if frame.path is not None and strays(frame.path, motion, self.outline):
-                arc = threats.arc or self.assess_along(frame, motion, turns=False).path
-                if arc is not None and threats.path is not None and arc.ttc < threats.path.ttc:
-                    rule, speed = self.stopping, arc.closing_speed
-                    stops_in = rule.reaction_time + speed / (2.0 * rule.deceleration) + rule.margin / speed
-                    return threats._replace(path=arc) if arc.ttc < stops_in else threats
-            return threats
-        if self.range_rate is None or frame.ranges is None:
+        if motion is None:
+            return self._assess_without_odometry(frame)
+        threats = self.assess_along(frame, motion, frame.path)
+        if frame.path is not None and strays(frame.path, motion, self.outline):
+            arc = threats.arc or self.assess_along(frame, motion, turns=False).path
+            if arc is not None and threats.path is not None and arc.ttc < threats.path.ttc:
+                rule, speed = self.stopping, arc.closing_speed
+                stops_in = rule.reaction_time + speed / (2.0 * rule.deceleration) + rule.margin / speed
+                return threats._replace(path=arc) if arc.ttc < stops_in else threats
+        return threats
+
+    def _assess_without_odometry(self, frame: Frame) -> Threats:
+        """Return the threats of a frame by the range rate, or only whether anything is seen."""
+        if self.range_rate is None or frame.is_cloud:
             # Nothing gives closing speeds. Whether anything is seen is found as for a vehicle that stands.
             seen = self.assess_along(frame, STANDING)
             return seen._replace(speed=None, beams=None, path=None, closing_speed_known=False)
-        rates = self.range_rate.update(self._by_beams_of_rates(frame.ranges), frame.stamp)
+        rates = self.range_rate.update(self._by_beams_of_rates(frame.readings), frame.stamp)
         known = rates.status not in UNKNOWN and rates.rated >= rates.unrated
-        beams = self._beam_threat(Source.RANGE_RATE, frame, rates) if known else None
+        beams = self._threat(Source.RANGE_RATE, frame, rates) if known else None
         return Threats(None, beams, None, *estimated_threat(frame), rates.counts.valid, rates.status, known)
 
     def take_up(self, frame: Frame) -> None:
         """Let the range rate take up a frame that was assessed by motion, so that it is warm when odometry fails."""
-        if self.range_rate is not None and frame.motion is not None and frame.ranges is not None:
-            ranges = self._by_beams_of_rates(frame.ranges)
-            self.range_rate.update(ranges, frame.stamp, frame.motion.yaw_rate)
+        if self.range_rate is not None and frame.motion is not None and not frame.is_cloud:
+            self.range_rate.update(self._by_beams_of_rates(frame.readings), frame.stamp, frame.motion.yaw_rate)
 
     def assess_along(
         self, frame: Frame, motion: Motion, along: NDArray[np.float64] | None = None, turns: bool = True
     ) -> Threats:
         """Return the threats of a frame to a vehicle of this motion, which may turn where it follows no path."""
         speed, yaw_rate, lateral_speed, _ = motion
-        over_ground = math.hypot(speed, lateral_speed)
-        readings = frame.ranges
+        over_ground = hypot(speed, lateral_speed)
+        readings = frame.readings
         kernel: Any = self.scan_path if self._needs_path else None
         seen: Any = None
         beams = path = arc = turn = estimate = None
         is_sure = False
-        if frame.points is not None:
-            readings, kernel = frame.points, self.path
+        if frame.is_cloud:
+            kernel = self.path
         elif self._needs_beams and self.scan is not None:
             seen = self.scan.nearest(readings, speed, yaw_rate, lateral_speed)
-            beams = self._beam_threat(Source.BEAMS, frame, seen)
+            beams = self._threat(BEAMS, frame, seen)
         if kernel is not None:
-            follows = along is not None and leads(along, speed, self.outline)
-            if follows:
+            if along is None or not leads(along, speed, self.outline):
+                seen = kernel.nearest(readings, speed, yaw_rate, lateral_speed)
+                if self._sharpest > 0.0 and turns and speed != 0.0:
+                    turn = self._turn(frame, kernel, motion)
+            else:
                 if self._needs_arc:
                     arc = self.assess_along(frame, motion, turns=False).path
                 over_ground = abs(speed)
                 seen = kernel.nearest(readings, speed, 0.0, 0.0, path=along)
-            else:
-                seen = kernel.nearest(readings, speed, yaw_rate, lateral_speed)
-            path = self._path_threat(frame, seen, over_ground)
-            if turns and self._sharpest > 0.0 and speed != 0.0 and not follows:
-                turn = self._turn(frame, motion)
+            path = self._threat(PATH, frame, seen, over_ground)
         elif seen is None:
             self._refuse(frame)
         if frame.estimate is not None:
@@ -238,40 +243,54 @@ class ThreatAssessment:
         returns = seen.counts.valid
         return new(Threats, (over_ground, beams, path, estimate, is_sure, returns, seen.status, True, arc, turn))
 
-    def _turn(self, frame: Frame, motion: Motion) -> Threat:
+    def _turn(self, frame: Frame, kernel: Any, motion: Motion) -> Threat:
         """Return the nearest threat on arcs that a vehicle may turn to: half and all of what wheels and tires allow."""
         speed, lateral_speed = motion.speed, motion.lateral_speed
-        kernel: Any = self.scan_path if frame.points is None else self.path
-        readings = frame.ranges if frame.points is None else frame.points
         yaw_rate = min(self._sharpest * abs(speed), GRIP / abs(speed))
-        arcs = (kernel.nearest(readings, speed, share * yaw_rate, lateral_speed) for share in (-1.0, -0.5, 0.5, 1.0))
-        return self._path_threat(frame, min(arcs, key=operator.attrgetter("ttc")), motion.over_ground)
+        yaw_rates = (share * yaw_rate for share in (-1.0, -0.5, 0.5, 1.0))
+        arcs = (kernel.nearest(frame.readings, speed, each, lateral_speed) for each in yaw_rates)
+        return self._threat(PATH, frame, min(arcs, key=operator.attrgetter("ttc")), motion.over_ground)
 
-    def _path_threat(self, frame: Frame, seen: Any, over_ground: float) -> Threat:
-        """Return what the outline touches first, at the time of the decision; its clearance is that along the way."""
-        if frame.points is None:
-            index, angle, distance = seen.beam, seen.angle, seen.range
-            age = age_of(frame, index)
-        elif type(seen) is NearestPointBatch:
-            raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
+    def _threat(self, source: Source, frame: Frame, seen: Any, over_ground: float = 0.0) -> Threat:
+        """Return what a kernel found nearest, at the time of the decision.
+
+        The clearance of what the outline touches, whose source is PATH, is the way that is left. It closes at the
+        vehicle's speed over ground.
+        """
+        age = frame.now - frame.stamp
+        if type(seen) in BATCHES:
+            self._refuse(frame)
+        if frame.is_cloud:
+            index, angle, distance = seen.index, math.atan2(seen.y, seen.x), hypot(seen.x, seen.y)
         else:
-            index, angle, distance = seen.index, math.atan2(seen.y, seen.x), math.hypot(seen.x, seen.y)
-            age = age_of(frame)
+            index, angle, distance = seen.beam, seen.angle, seen.range
+            if index > 0:
+                age -= index * frame.time_increment
+        if age < 0.0:
+            age = 0.0  # what has come was measured before
         ttc = seen.ttc - age
         if ttc < 0.0:
             ttc = 0.0
-        clearance = over_ground * ttc if over_ground > 0.0 else math.inf
-        return new(Threat, (PATH, ttc, seen.status, index, angle, distance, clearance, over_ground, age))
+        if source is PATH:
+            closing, clearance = over_ground, over_ground * ttc if over_ground > 0.0 else math.inf
+        else:
+            closing = seen.closing_speed
+            clearance = max(seen.clearance - max(closing, 0.0) * age, 0.0)
+        return new(Threat, (source, ttc, seen.status, index, angle, distance, clearance, closing, age))
 
-    def _refuse(self, frame: Frame) -> None:
-        """Raise because nothing reads a frame."""
-        if frame.points is not None:
-            raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
-        raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
+    def _refuse(self, frame: Frame) -> NoReturn:
+        """Raise because nothing reads a frame, or because it is several."""
+        if frame.is_cloud:
+            if self.path is None:
+                raise ValueError("points need a path that reads them: BrakeController(path=SweptPath(outline))")
+            raise ValueError("points must be one cloud, of shape (N, 2) or wider, got a batch of several")
+        if self.scan is None:
+            raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
+        raise ValueError(f"ranges must be one scan, of shape (beams,), got shape {np.shape(frame.readings)}")
 
     def _assess_estimate(self, frame: Frame) -> Threats:
         """Return the threats of a frame that is an estimate."""
-        if frame.ranges is not None or frame.points is not None:
+        if frame.readings is not None:
             raise ValueError("ranges need a scan that reads them, and points need a path: give the controller one")
         threat, is_sure = estimated_threat(frame)
         status = Status.NO_DATA if threat is None else threat.status
@@ -279,13 +298,6 @@ class ThreatAssessment:
         # A tracker that warms up, or gets nothing new, knows no closing speed unless it predicts one.
         known = threat is None or threat.ttc < math.inf or status not in UNKNOWN
         return Threats(speed, None, None, threat, is_sure, 1, status, known)
-
-    def _beam_threat(self, source: Source, frame: Frame, seen: Any) -> Threat:
-        """Return the nearest beam at the time of the decision."""
-        beam, closing = seen.beam, seen.closing_speed
-        age = age_of(frame, beam)
-        ttc, clearance = max(seen.ttc - age, 0.0), max(seen.clearance - max(closing, 0.0) * age, 0.0)
-        return new(Threat, (source, ttc, seen.status, beam, seen.angle, seen.range, clearance, closing, age))
 
     def reset(self) -> None:
         """Let the range rate forget what it has taken up."""
@@ -316,11 +328,11 @@ def leads(path: NDArray[np.float64], speed: float, outline: Any) -> bool:
     (x_off, y_off), way = path[0].tolist(), 0.0
     x_before, y_before = x_off, y_off
     for x, y in path[1:].tolist():
-        way += math.hypot(x - x_before, y - y_before)
+        way += hypot(x - x_before, y - y_before)
         x_before, y_before = x, y
         share = max(1.0 - way / (2.0 * size), 0.0)
         x_led = x - x_off * share
-        if math.hypot(x_led, y - y_off * share) >= SHORTEST * size:
+        if hypot(x_led, y - y_off * share) >= SHORTEST * size:
             return bool((x_led < 0.0) == (speed < 0.0))  # a speed may be a scalar of NumPy
     return False  # it leads nowhere, as that of a vehicle which has arrived
 
@@ -333,7 +345,7 @@ def strays(path: NDArray[np.float64], motion: Motion, outline: Any) -> bool:
     """
     speed, yaw_rate, lateral_speed, _ = motion
     x_rear, x_front, y_right, y_left = outline
-    over_ground = math.hypot(speed, lateral_speed)
+    over_ground = hypot(speed, lateral_speed)
     if over_ground == 0.0:
         return False
     way = max(SOON * over_ground, 2.0 * (x_front - x_rear))
@@ -345,7 +357,7 @@ def strays(path: NDArray[np.float64], motion: Motion, outline: Any) -> bool:
     along, across = speed / over_ground * way, lateral_speed / over_ground * way
     x, y = along * ahead - across * aside, along * aside + across * ahead
     x_path, y_path = (float(np.interp(way, ways, points[:, axis])) for axis in (0, 1))
-    return bool(math.hypot(x - x_path, y - y_path) > y_left - y_right)
+    return bool(hypot(x - x_path, y - y_path) > y_left - y_right)
 
 
 def _instead_of(criteria: Any) -> str:
@@ -358,14 +370,6 @@ def _instead_of(criteria: Any) -> str:
         return f"got an array; ranges go to update(now, ranges=...), {scan}"
     listed = f"[{criteria}]" if hasattr(criteria, "evaluate") else "[IttcThreshold(1.5)]"
     return f"such as {listed}, got {criteria!r}"
-
-
-def age_of(frame: Frame, beam: int = 0) -> float:
-    """Return the age of a frame, or of a beam of it, at the time of the decision, s."""
-    age = frame.now - frame.stamp
-    if beam > 0:
-        age -= beam * frame.time_increment
-    return age if age > 0.0 else 0.0  # what has come was measured before
 
 
 def estimated_threat(frame: Frame) -> tuple[Threat | None, bool]:

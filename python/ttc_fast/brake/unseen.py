@@ -27,8 +27,6 @@ NARROW = 0.1
 THIRD = 1.0 / 3.0
 FRONT = 0
 """The number of the edge of the outline that leads when the vehicle drives forward."""
-SEEN = False, None
-"""All of the path is seen."""
 PROBE = 1e4
 """At this speed the path of a straight motion is as long as any sensor sees, m/s."""
 
@@ -69,50 +67,48 @@ class FieldsOfView:
 
     def unseen(
         self, frame: Frame, state: ControllerState, motion: Motion | None, others: Sequence[Seeing] = ()
-    ) -> tuple[bool, int | None]:
-        """Return whether nothing looks at a part of the path, and the edge that a cloud turned out to look at.
+    ) -> bool:
+        """Return whether nothing looks at a part of the path.
 
-        ``others`` are the fields of view of other controllers of the vehicle, and what these remember.
+        ``others`` are the fields of view of other controllers of the vehicle, and what these remember. The edge of the
+        outline that a cloud turns out to look at is added to those of the frame.
         """
         if motion is None or not self._is_judged:
-            return SEEN
+            return False
         speed, yaw_rate, lateral_speed, _ = motion
         over_ground = math.hypot(speed, lateral_speed)
         if over_ground <= self._slow:
-            return SEEN
-        scan_path = self._assessment.scan_path
+            return False
         ahead = self._reaction_time + over_ground / self._twice_deceleration
-        if (  # by far the most frequent case
-            frame.ranges is not None
-            and scan_path is not None
-            and not self._views
-            and scan_path.unseen(speed, yaw_rate, lateral_speed, ahead=ahead) <= self._narrow
-        ):
-            return SEEN
+        if not frame.is_cloud and not self._views:  # by far the most frequent case
+            by_scan = self._assessment.scan_path
+            if by_scan is not None and by_scan.unseen(speed, yaw_rate, lateral_speed, ahead=ahead) <= self._narrow:
+                return False
         oldest = frame.now - self._timeout
         looks: list[ScanSweptPath] = []
         clouds: list[Seeing] = []
         for fields, its in ((self, state), *others):
             mine, by_scan = fields is self, fields._assessment.scan_path
-            if by_scan is not None and (its.scans.seen_at >= oldest or (mine and frame.ranges is not None)):
+            if by_scan is not None and (its.scans.seen_at >= oldest or (mine and not frame.is_cloud)):
                 looks.append(by_scan)
-            if its.clouds.seen_at >= oldest or (mine and frame.points is not None):
+            if its.clouds.seen_at >= oldest or (mine and frame.is_cloud):
                 looks += fields._views
                 clouds += [] if fields._views else [(fields, its)]
         if looks:
             first, *more = looks
             if first.unseen(speed, yaw_rate, lateral_speed, ahead=ahead, others=more) <= self._narrow:
-                return SEEN
+                return False
         edge = leading_edge(speed, lateral_speed)
         for fields, its in clouds:
-            if fields is self and frame.points is not None:
+            if fields is self and frame.is_cloud:
                 if edge == FRONT and self._assessment.scan is None:
-                    return SEEN
-                if self._finds_point(frame.points, speed, lateral_speed):
-                    return False, edge
+                    return False
+                if self._finds_point(frame.readings, speed, lateral_speed):
+                    frame.looks = (*frame.looks, edge)
+                    return False
             if its.cloud_looks.get(edge, -math.inf) >= oldest:
-                return SEEN
-        return True, None
+                return False
+        return True
 
     def _finds_point(self, points: Any, speed: float, lateral_speed: float) -> bool:
         """Return whether a cloud has a point straight ahead of the edge that leads."""

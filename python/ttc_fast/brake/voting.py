@@ -13,9 +13,9 @@ from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from ttc_fast.brake.evaluate import Assessed
-    from ttc_fast.brake.frame import Frame, Newest
+    from ttc_fast.brake.frame import Frame
     from ttc_fast.brake.settings import BrakeSettings
-    from ttc_fast.brake.state import ControllerState, Quorum
+    from ttc_fast.brake.state import ControllerState, Held, Newest, Quorum, Source
 
 NO_DATA, STALE = Status.NO_DATA, Status.STALE
 SMOOTHING = 0.25
@@ -83,40 +83,27 @@ class Voting:
 
     def vote(self, state: ControllerState, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
         """Remember what came, count the two votes of a frame, and begin or end braking."""
-        state.motion, state.motion_at, state.estimate, state.estimate_since = newest
+        state.newest = newest
         if frame is None:
             return
         if assessed is IGNORED:
             state.ignored += 1
             return
         state.frames += 1
-        source, other = state.scans, state.clouds
-        is_cloud = frame.points is not None
-        if is_cloud:
-            source, other = other, source
-        if is_cloud is not state.is_cloud:
-            state.is_cloud = is_cloud
+        if frame.is_cloud is not state.is_cloud:
+            state.is_cloud = frame.is_cloud
             for brake in state.brakes:
                 brake.turn()
         status, _, held, vote, without = assessed
+        source, stamp = frame.source, frame.stamp
         if held[0] is not source.held[0]:
             source.held_before = source.held
-        source.newest_at, source.held = frame.stamp, held
-        if vote is None:  # a frame that cannot be evaluated is not clear
-            if status is NO_DATA:
-                state.blind += 1
-            elif status is STALE:  # as if nothing had come since the readings were new
-                source.seen_at = source.voted_at = min(source.voted_at, held[1])
-            else:
-                source.seen_at = frame.stamp
-            _, counts = self._release.quorum(source.period)
-            for brake in state.brakes:
-                brake.release_votes = brake.release_votes << 1 & counts
+        source.newest_at, source.held = stamp, held
+        if vote is None:
+            self._not_evaluated(state, source, stamp, status, held)
             return
-        criterion, evaluation, triggers, clear, motion, rests, unseen, looks = vote
-        source.seen_at = frame.stamp
-        since, period = frame.stamp - source.voted_at, source.period
-        source.voted_at = frame.stamp
+        since, period = stamp - source.voted_at, source.period
+        source.seen_at = source.voted_at = stamp
         if since > self._timeout:  # after a gap the votes on release begin anew
             for brake in state.brakes:
                 brake.release_votes = 0
@@ -124,21 +111,32 @@ class Voting:
         source.period = period = since if period == math.inf else period + SMOOTHING * (since - period)
         if not self._from <= period <= self._to:
             self._learn(period)
-        trigger, release = self._quorums
+        state.found, triggers, clear, motion, looks = vote
         if looks:
-            state.cloud_looks = {**state.cloud_looks, **dict.fromkeys(looks, frame.stamp)}
-        state.criterion = criterion
-        state.evaluation = evaluation
-        state.rests_in_contact = rests
-        state.unseen = unseen
-        others = 0
-        if other.voted_at >= frame.now - self._timeout:
+            state.cloud_looks = {**state.cloud_looks, **dict.fromkeys(looks, stamp)}
+        now, other, others = frame.now, state.scans if frame.is_cloud else state.clouds, 0
+        if other.voted_at >= now - self._timeout:
             others, _ = self._release.quorum(other.period)
+        trigger, release = self._quorums
         if without is not None:
             if state.brake_without_estimates is None:
                 state.brake_without_estimates = replace(state.brake)
-            _, _, its_trigger, its_clear, its_motion, *_ = without
+            _, its_trigger, its_clear, its_motion, _ = without
             state.brake_without_estimates.vote(
-                frame.now, its_trigger, its_clear, its_motion, trigger, release, self._hold, others
+                now, its_trigger, its_clear, its_motion, trigger, release, self._hold, others
             )
-        state.brake.vote(frame.now, triggers, clear, motion, trigger, release, self._hold, others)
+        state.brake.vote(now, triggers, clear, motion, trigger, release, self._hold, others)
+
+    def _not_evaluated(
+        self, state: ControllerState, source: Source, stamp: float, status: Status | None, held: Held
+    ) -> None:
+        """Remember a frame that cannot be evaluated. It is not clear."""
+        if status is NO_DATA:
+            state.blind += 1
+        elif status is STALE:  # as if nothing had come since the readings were new
+            source.seen_at = source.voted_at = min(source.voted_at, held[1])
+        else:
+            source.seen_at = stamp
+        _, counts = self._release.quorum(source.period)
+        for brake in state.brakes:
+            brake.release_votes = brake.release_votes << 1 & counts
