@@ -163,8 +163,7 @@ class BrakeController:
         self._evaluator = Evaluator(criteria, assessment, self._fields_of_view, self._settings)
         self._voting = Voting(self._settings)
         self._brakes_when_blind = self._settings.when_blind == Command.BRAKE
-        self._others: tuple[BrakeController, ...] = ()
-        self._state = ControllerState()
+        self._remember(ControllerState())
         self._lock = threading.RLock()
 
     @classmethod
@@ -337,8 +336,7 @@ class BrakeController:
             )
             assessed = BETWEEN_FRAMES
             if frame is not None:
-                others = [(each._fields_of_view, each._state) for each in self._others] if self._others else ()
-                assessed = self._evaluator.assess(frame, state, others)
+                assessed = self._evaluator.assess(frame, state)
             self._voting.vote(state, newest, frame, assessed)
             unsafe = watchdog(state, settings, now)
             if unsafe is not None and self._brakes_when_blind:
@@ -418,7 +416,7 @@ class BrakeController:
         'WAITING'
         """
         with self._lock:
-            self._state = ControllerState()
+            self._remember(ControllerState())
             self._assessment.reset()
 
     def state(self) -> dict[str, Any]:
@@ -478,7 +476,10 @@ class BrakeController:
         restored = ControllerState.of(state)
         with self._lock:
             self._assessment.restore(state["range_rate"])
-            self._state = restored
+            self._remember(restored)
+
+    def _remember(self, state: ControllerState) -> None:
+        self._state = self._fields_of_view.state = state
 
     def __getstate__(self) -> dict[str, Any]:
         with self._lock:
@@ -500,6 +501,6 @@ class BrakeController:
 
 def cover_for_one_another(controllers: Iterable[BrakeController]) -> None:
     """Let controllers of one vehicle know where the sensors of the others look, as long as data come from these."""
-    controllers = tuple(controllers)
-    for controller in controllers:
-        controller._others = tuple(each for each in controllers if each is not controller)
+    views = [controller._fields_of_view for controller in controllers]
+    for fields in views:
+        fields.others = [each for each in views if each is not fields]

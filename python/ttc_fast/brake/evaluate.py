@@ -12,14 +12,12 @@ from ttc_fast.brake.types import Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from ttc_fast.brake.frame import Frame
     from ttc_fast.brake.settings import BrakeSettings
     from ttc_fast.brake.state import Brake, ControllerState
     from ttc_fast.brake.threats import ThreatAssessment
     from ttc_fast.brake.types import Criterion, Evaluation, Threats
-    from ttc_fast.brake.unseen import FieldsOfView, Seeing
+    from ttc_fast.brake.unseen import FieldsOfView
 
 NO_DATA, CONTACT = Status.NO_DATA, Status.CONTACT  # a name is looked up faster than the member of an enumeration
 
@@ -69,7 +67,7 @@ class Evaluator:
         self._hold = hold_estimate if assessment.only_estimates else hold
         self._release_at, self._min_returns = settings.release_at, settings.min_returns
 
-    def assess(self, frame: Frame, state: ControllerState, others: Sequence[Seeing]) -> Assessed:
+    def assess(self, frame: Frame, state: ControllerState) -> Assessed:
         """Assess the threats of a frame, and evaluate them by every criterion."""
         if not frame.source.newest_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
             return IGNORED
@@ -77,23 +75,23 @@ class Evaluator:
         threats = assessment.assess(frame)
         held = self._hold(frame, assessment, self._settings)
         status, vote, without = threats.status, None, None
-        if status is NO_DATA or threats.returns < self._min_returns:
+        if status is NO_DATA or (self._min_returns and threats.returns < self._min_returns):
             status = NO_DATA
         elif not threats.closing_speed_known:
             status = Status.WARMING_UP
         elif held[-1]:
             status = Status.STALE
         else:
-            unseen = self._fields_of_view.unseen(frame, state, frame.motion, others)
-            if others and frame.is_cloud:  # another controller may have to know where the driver would go
-                self._fields_of_view.unseen(frame, state, frame.commanded)
-            vote = self._evaluate(frame, threats, state, state.brake, unseen, others)
+            unseen = self._fields_of_view.unseen(frame, frame.motion)
+            if frame.is_cloud and self._fields_of_view.others:  # one may have to know where the driver would go
+                self._fields_of_view.unseen(frame, frame.commanded, alone=True)
+            vote = self._evaluate(frame, threats, state, state.brake, unseen)
             other = state.brake_without_estimates
             if other is not None or (frame.estimate is not None and not self._only_estimates):
                 alone = threats
                 if frame.estimate is not None:
                     alone, frame.estimate = threats._replace(estimate=None, estimate_is_sure=False), None
-                without = self._evaluate(frame, alone, state, other or state.brake, unseen, others)
+                without = self._evaluate(frame, alone, state, other or state.brake, unseen)
         if assessment.range_rate is not None:
             assessment.take_up(frame)
         return status, threats if vote is not None else None, held, vote, without
@@ -105,7 +103,6 @@ class Evaluator:
         state: ControllerState,
         brake: Brake,
         unseen: bool,
-        others: Sequence[Seeing],
     ) -> Vote:
         """Evaluate threats by every criterion, and return how the frame votes on a brake."""
         motion, commanded = frame.motion, frame.commanded
@@ -126,7 +123,7 @@ class Evaluator:
         elif clear and brake.on:
             continued = commanded if commanded is not None else self._continued_motion(motion, brake)
             if continued is not None:
-                clear, continues_unseen = self._would_be_clear(frame, continued, state, others)
+                clear, continues_unseen = self._would_be_clear(frame, continued)
                 unseen = unseen or continues_unseen
         found = criterion, evaluation, rests_in_contact, unseen
         return found, triggers, clear, motion or state.newest[0], frame.looks
@@ -143,9 +140,7 @@ class Evaluator:
                 urgent, evaluation, value, threshold = criterion, other, its_value, its_threshold
         return urgent, evaluation, value, threshold
 
-    def _would_be_clear(
-        self, frame: Frame, continued: Motion, state: ControllerState, others: Sequence[Seeing]
-    ) -> tuple[bool, bool]:
+    def _would_be_clear(self, frame: Frame, continued: Motion) -> tuple[bool, bool]:
         """Return whether a frame is clear for what a braked vehicle would go on with, and whether its path is unseen.
 
         Being slow is not being safe: the vehicle sees nothing come closer because it is braked.
@@ -154,7 +149,7 @@ class Evaluator:
         _, _, value, threshold = self._most_urgent(along)
         if value < self._release_at * threshold:
             return False, False
-        unseen = self._fields_of_view.unseen(frame, state, continued, others)
+        unseen = self._fields_of_view.unseen(frame, continued)
         return not (unseen and self._stops_unseen), unseen
 
     def _continued_motion(self, motion: Motion | None, brake: Brake) -> Motion | None:

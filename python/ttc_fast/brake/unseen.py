@@ -31,10 +31,6 @@ PROBE = 1e4
 """At this speed the path of a straight motion is as long as any sensor sees, m/s."""
 
 
-Seeing = tuple["FieldsOfView", "ControllerState"]
-"""The fields of view of a controller, and what it remembers."""
-
-
 class FieldsOfView:
     """The fields of view of the sensors of a controller.
 
@@ -46,7 +42,17 @@ class FieldsOfView:
         An argument of ``BrakeController``.
     settings : BrakeSettings
         The settings of the controller.
+
+    Attributes
+    ----------
+    state : ControllerState
+        What the controller remembers.
+    others : sequence of FieldsOfView
+        The fields of view of other controllers of the vehicle.
     """
+
+    state: ControllerState
+    others: Sequence[FieldsOfView] = ()
 
     def __init__(self, assessment: ThreatAssessment, views: Any, settings: BrakeSettings) -> None:
         self.views = tuple(views)
@@ -65,13 +71,10 @@ class FieldsOfView:
         by_cloud = assessment.scan is None and assessment.path is not None
         self._is_judged = assessment.scan_path is not None or bool(self._views) or by_cloud
 
-    def unseen(
-        self, frame: Frame, state: ControllerState, motion: Motion | None, others: Sequence[Seeing] = ()
-    ) -> bool:
-        """Return whether nothing looks at a part of the path.
+    def unseen(self, frame: Frame, motion: Motion | None, alone: bool = False) -> bool:
+        """Return whether nothing looks at a part of the path; ``alone`` leaves the other controllers out.
 
-        ``others`` are the fields of view of other controllers of the vehicle, and what these remember. The edge of the
-        outline that a cloud turns out to look at is added to those of the frame.
+        The edge of the outline that a cloud turns out to look at is added to those of the frame.
         """
         if motion is None or not self._is_judged:
             return False
@@ -86,27 +89,27 @@ class FieldsOfView:
                 return False
         oldest = frame.now - self._timeout
         looks: list[ScanSweptPath] = []
-        clouds: list[Seeing] = []
-        for fields, its in ((self, state), *others):
-            mine, by_scan = fields is self, fields._assessment.scan_path
-            if by_scan is not None and (its.scans.seen_at >= oldest or (mine and not frame.is_cloud)):
+        clouds: list[FieldsOfView] = []
+        for fields in (self,) if alone else (self, *self.others):
+            mine, by_scan, state = fields is self, fields._assessment.scan_path, fields.state
+            if by_scan is not None and (state.scans.seen_at >= oldest or (mine and not frame.is_cloud)):
                 looks.append(by_scan)
-            if its.clouds.seen_at >= oldest or (mine and frame.is_cloud):
+            if state.clouds.seen_at >= oldest or (mine and frame.is_cloud):
                 looks += fields._views
-                clouds += [] if fields._views else [(fields, its)]
+                clouds += [] if fields._views else [fields]
         if looks:
             first, *more = looks
             if first.unseen(speed, yaw_rate, lateral_speed, ahead=ahead, others=more) <= self._narrow:
                 return False
         edge = leading_edge(speed, lateral_speed)
-        for fields, its in clouds:
+        for fields in clouds:
             if fields is self and frame.is_cloud:
                 if edge == FRONT and self._assessment.scan is None:
                     return False
                 if self._finds_point(frame.readings, speed, lateral_speed):
                     frame.looks = (*frame.looks, edge)
                     return False
-            if its.cloud_looks.get(edge, -math.inf) >= oldest:
+            if fields.state.cloud_looks.get(edge, -math.inf) >= oldest:
                 return False
         return True
 
