@@ -44,9 +44,9 @@ def let_go_by_older_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     """Votes of older frames release in a frame that is not clear."""
     vote = Brake.vote
 
-    def careless(self: Brake, now: float, triggers: bool, clear: bool, *arguments: Any) -> None:
+    def careless(self: Brake, now: float, triggers: bool, clear: bool, *arguments: Any) -> bool:
         older = self.on and self.release_votes > 0
-        vote(self, now, triggers and not older, clear or older, *arguments)
+        return vote(self, now, triggers and not older, clear or older, *arguments)
 
     monkeypatch.setattr(Brake, "vote", careless)
 

@@ -18,7 +18,7 @@ from ttc_fast.brake.criteria import (
 )
 from ttc_fast.brake.decide import decide, watchdog
 from ttc_fast.brake.decision import Command
-from ttc_fast.brake.evaluate import BETWEEN_FRAMES, Evaluator
+from ttc_fast.brake.evaluate import Evaluator
 from ttc_fast.brake.receive import receive
 from ttc_fast.brake.settings import BrakeSettings
 from ttc_fast.brake.state import ControllerState
@@ -334,15 +334,16 @@ class BrakeController:
                 time_increment,
                 path,
             )
-            assessed = BETWEEN_FRAMES
-            if frame is not None:
-                assessed = self._evaluator.assess(frame, state)
-            self._voting.vote(state, newest, frame, assessed)
+            status = threats = None
+            if frame is None:
+                state.newest = newest
+            else:
+                status, threats, held, vote, without = self._evaluator.assess(frame, state)
+                self._voting.vote(state, newest, frame, status, held, vote, without)
             unsafe = watchdog(state, settings, now)
             if unsafe is not None and self._brakes_when_blind:
                 for brake in state.brakes:
                     brake.brake(now, state.newest[0] or STANDING)
-            status, threats, _, _, _ = assessed
             return decide(state, settings, now, unsafe, override, status, threats)
 
     @property

@@ -23,12 +23,12 @@ CLEAR, NEAR, VOTING, CRITERION, UNSEEN = Reason.CLEAR, Reason.NEAR, Reason.VOTIN
 def watchdog(state: ControllerState, settings: BrakeSettings, now: float) -> Reason | None:
     """Return why the sensors do not see enough to be safe, or None if they do."""
     scans, clouds = state.scans, state.clouds
-    newest_at = scans.newest_at if scans.newest_at > clouds.newest_at else clouds.newest_at
-    if newest_at > now + CLOCK_TOLERANCE:  # the clock was set back: the age of that frame is not known
+    latest, oldest = now + CLOCK_TOLERANCE, now - settings.sensor_timeout
+    if scans.newest_at > latest or clouds.newest_at > latest:  # the clock was set back: how old it is, is not known
         return Reason.STALE
-    oldest = now - settings.sensor_timeout
     if scans.voted_at >= oldest or clouds.voted_at >= oldest:  # a frame that was evaluated was seen as well
         return None
+    newest_at = max(scans.newest_at, clouds.newest_at)
     if newest_at == -math.inf:
         return Reason.WAITING
     if newest_at < oldest or scans.held[-1] or clouds.held[-1]:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 from ttc_fast.brake.decision import Command
 from ttc_fast.brake.frame import CLOCK_TOLERANCE
 from ttc_fast.brake.frozen import hold, hold_estimate
-from ttc_fast.brake.state import NEVER, Found, Held
+from ttc_fast.brake.state import Found
 from ttc_fast.brake.types import Motion
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
     from ttc_fast.brake.frame import Frame
     from ttc_fast.brake.settings import BrakeSettings
-    from ttc_fast.brake.state import Brake, ControllerState
+    from ttc_fast.brake.state import Brake, ControllerState, Held
     from ttc_fast.brake.threats import ThreatAssessment
     from ttc_fast.brake.types import Criterion, Evaluation, Threats
     from ttc_fast.brake.unseen import FieldsOfView
@@ -27,14 +27,11 @@ Vote = tuple[Found, bool, bool, "Motion | None", tuple[int, ...]]
 for; the edges of the outline that the cloud turned out to look at.
 """
 
-Assessed = tuple["Status | None", "Threats | None", Held, Vote | None, Vote | None]
+Assessed = tuple[Status, "Threats | None", "Held | None", Vote | None, Vote | None]
 """What the assessment of a frame came to: status and threats as ``Decision`` has them; the readings, to compare the
-next ones with; the vote, None where the frame cannot be evaluated; and the vote without the estimate, None where no
-estimate has ever come.
+next ones with, None where the frame is ignored; the vote, None where it cannot be evaluated; and the vote without the
+estimate, None where no estimate has ever come.
 """
-
-BETWEEN_FRAMES: Assessed = None, None, NEVER, None, None
-IGNORED: Assessed = Status.INVALID, None, NEVER, None, None
 
 
 class Evaluator:
@@ -70,7 +67,7 @@ class Evaluator:
     def assess(self, frame: Frame, state: ControllerState) -> Assessed:
         """Assess the threats of a frame, and evaluate them by every criterion."""
         if not frame.source.newest_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
-            return IGNORED
+            return Status.INVALID, None, None, None, None
         assessment = self._assessment
         threats = assessment.assess(frame)
         held = self._hold(frame, assessment, self._settings)

@@ -43,7 +43,8 @@ def receive(
         if at is None:
             at = now
         if motion_at <= at <= now + CLOCK_TOLERANCE:
-            newest = latest, motion_at, _, _ = motion, at, known, known_since
+            latest, motion_at = motion, at
+            newest = latest, motion_at, known, known_since
     if commanded is not None:
         commanded = checked_commanded(commanded)
     between = settings.time_increment

@@ -100,12 +100,10 @@ class Brake:
         trigger: Quorum,
         release: Quorum,
         hold: float,
-        others: int,
-    ) -> None:
-        """Count the two votes of a frame, and begin or end braking.
+    ) -> bool:
+        """Count the two votes of a frame, and begin to brake; return whether the frames of its kind let go.
 
-        ``motion`` is what it was evaluated for. ``others`` is how many votes on release are needed of the other frames,
-        of which the newest has to be clear too; 0 where there are none.
+        ``motion`` is what the frame was evaluated for.
         """
         needed, counts = trigger
         before = self.trigger_votes & counts
@@ -120,11 +118,9 @@ class Brake:
         elif self.on:
             if motion is not None and not any(self.braked_from[:3]):  # it began to brake when no motion was known
                 self.braked_from = motion
-            # The votes of older frames let nothing go that this one shows, nor what the other sensor shows.
-            if clear and now - self.triggered_at >= hold and self.release_votes.bit_count() >= release[0]:
-                other = self.other_release_votes
-                if not others or (other & 1 and other.bit_count() >= others):
-                    self.on, self.trigger_votes, self.other_trigger_votes = False, 0, 0
+            # The votes of older frames let nothing go that this one shows.
+            return clear and now - self.triggered_at >= hold and self.release_votes.bit_count() >= release[0]
+        return False
 
 
 @dataclass(slots=True)

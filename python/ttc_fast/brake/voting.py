@@ -8,14 +8,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ttc_fast._validate import votes
-from ttc_fast.brake.evaluate import IGNORED
 from ttc_fast.status import Status
 
 if TYPE_CHECKING:
-    from ttc_fast.brake.evaluate import Assessed
+    from ttc_fast.brake.evaluate import Vote
     from ttc_fast.brake.frame import Frame
     from ttc_fast.brake.settings import BrakeSettings
-    from ttc_fast.brake.state import ControllerState, Held, Newest, Quorum, Source
+    from ttc_fast.brake.state import Brake, ControllerState, Held, Newest, Quorum, Source
 
 NO_DATA, STALE = Status.NO_DATA, Status.STALE
 SMOOTHING = 0.25
@@ -81,12 +80,22 @@ class Voting:
         self._from, self._to = (min(self._from, period), max(self._to, period)) if is_known else (period, period)
         self._quorums = quorums
 
-    def vote(self, state: ControllerState, newest: Newest, frame: Frame | None, assessed: Assessed) -> None:
-        """Remember what came, count the two votes of a frame, and begin or end braking."""
+    def vote(
+        self,
+        state: ControllerState,
+        newest: Newest,
+        frame: Frame,
+        status: Status,
+        held: Held | None,
+        vote: Vote | None,
+        without: Vote | None,
+    ) -> None:
+        """Remember what came, count the two votes of a frame, and begin or end braking.
+
+        ``status`` and what follows is what ``Evaluator.assess`` returned.
+        """
         state.newest = newest
-        if frame is None:
-            return
-        if assessed is IGNORED:
+        if held is None:
             state.ignored += 1
             return
         state.frames += 1
@@ -94,7 +103,6 @@ class Voting:
             state.is_cloud = frame.is_cloud
             for brake in state.brakes:
                 brake.turn()
-        status, _, held, vote, without = assessed
         source, stamp = frame.source, frame.stamp
         if held[0] is not source.held[0]:
             source.held_before = source.held
@@ -114,22 +122,28 @@ class Voting:
         state.found, triggers, clear, motion, looks = vote
         if looks:
             state.cloud_looks = {**state.cloud_looks, **dict.fromkeys(looks, stamp)}
-        now, other, others = frame.now, state.scans if frame.is_cloud else state.clouds, 0
-        if other.voted_at >= now - self._timeout:
-            others, _ = self._release.quorum(other.period)
         trigger, release = self._quorums
         if without is not None:
-            if state.brake_without_estimates is None:
-                state.brake_without_estimates = replace(state.brake)
+            alone = state.brake_without_estimates
+            if alone is None:
+                alone = state.brake_without_estimates = replace(state.brake)
             _, its_trigger, its_clear, its_motion, _ = without
-            state.brake_without_estimates.vote(
-                now, its_trigger, its_clear, its_motion, trigger, release, self._hold, others
-            )
-        state.brake.vote(now, triggers, clear, motion, trigger, release, self._hold, others)
+            if alone.vote(frame.now, its_trigger, its_clear, its_motion, trigger, release, self._hold):
+                self._let_go(alone, state, frame)
+        if state.brake.vote(frame.now, triggers, clear, motion, trigger, release, self._hold):
+            self._let_go(state.brake, state, frame)
 
-    def _not_evaluated(
-        self, state: ControllerState, source: Source, stamp: float, status: Status | None, held: Held
-    ) -> None:
+    def _let_go(self, brake: Brake, state: ControllerState, frame: Frame) -> None:
+        """End braking, if the frames of the other kind are clear as well, where there are any; the newest has to be."""
+        other = state.scans if frame.is_cloud else state.clouds
+        if other.voted_at >= frame.now - self._timeout:
+            needed, _ = self._release.quorum(other.period)
+            votes = brake.other_release_votes
+            if not votes & 1 or votes.bit_count() < needed:
+                return
+        brake.on, brake.trigger_votes, brake.other_trigger_votes = False, 0, 0
+
+    def _not_evaluated(self, state: ControllerState, source: Source, stamp: float, status: Status, held: Held) -> None:
         """Remember a frame that cannot be evaluated. It is not clear."""
         if status is NO_DATA:
             state.blind += 1
