@@ -68,8 +68,15 @@ class Evaluator:
         """Assess the threats of a frame, and evaluate them by every criterion."""
         if not frame.source.newest_at < frame.stamp <= frame.now + CLOCK_TOLERANCE:
             return Status.INVALID, None, None, None, None
-        assessment = self._assessment
-        threats = assessment.assess(frame)
+        assessment, motion = self._assessment, frame.motion
+        if self._only_estimates:
+            threats = assessment.assess_estimate(frame)
+        elif motion is None:
+            threats = assessment.assess_without_odometry(frame)
+        else:
+            threats = assessment.assess_along(frame, motion, frame.path)
+            if frame.path is not None:
+                threats = assessment.assess_straying(frame, motion, threats)
         held = self._hold(frame, assessment, self._settings)
         status, vote, without = threats.status, None, None
         if status is NO_DATA or (self._min_returns and threats.returns < self._min_returns):
@@ -79,7 +86,7 @@ class Evaluator:
         elif held[-1]:
             status = Status.STALE
         else:
-            unseen = self._fields_of_view.unseen(frame, frame.motion)
+            unseen = self._fields_of_view.unseen(frame, motion)
             if frame.is_cloud and self._fields_of_view.others:  # one may have to know where the driver would go
                 self._fields_of_view.unseen(frame, frame.commanded, alone=True)
             vote = self._evaluate(frame, threats, state, state.brake, unseen)

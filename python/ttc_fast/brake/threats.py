@@ -177,24 +177,8 @@ class ThreatAssessment:
             raise ValueError("path must be finite: some of its points are not")
         return points
 
-    def assess(self, frame: Frame) -> Threats:
-        """Return the threats of a new frame: by the vehicle's motion, or else by the range rate, which takes it up."""
-        motion = frame.motion
-        if self.only_estimates:
-            return self._assess_estimate(frame)
-        if motion is None:
-            return self._assess_without_odometry(frame)
-        threats = self.assess_along(frame, motion, frame.path)
-        if frame.path is not None and strays(frame.path, motion, self.outline):
-            arc = threats.arc or self.assess_along(frame, motion, turns=False).path
-            if arc is not None and threats.path is not None and arc.ttc < threats.path.ttc:
-                rule, speed = self.stopping, arc.closing_speed
-                stops_in = rule.reaction_time + speed / (2.0 * rule.deceleration) + rule.margin / speed
-                return threats._replace(path=arc) if arc.ttc < stops_in else threats
-        return threats
-
-    def _assess_without_odometry(self, frame: Frame) -> Threats:
-        """Return the threats of a frame by the range rate, or only whether anything is seen."""
+    def assess_without_odometry(self, frame: Frame) -> Threats:
+        """Return the threats of a frame by the range rate, which takes it up, or only whether anything is seen."""
         if self.range_rate is None or frame.is_cloud:
             # Nothing gives closing speeds. Whether anything is seen is found as for a vehicle that stands.
             seen = self.assess_along(frame, STANDING)
@@ -243,6 +227,16 @@ class ThreatAssessment:
         returns = seen.counts.valid
         return new(Threats, (over_ground, beams, path, estimate, is_sure, returns, seen.status, True, arc, turn))
 
+    def assess_straying(self, frame: Frame, motion: Motion, threats: Threats) -> Threats:
+        """Return the threats along a planned path, or what is too near on the present arc if the vehicle strays."""
+        if frame.path is not None and strays(frame.path, motion, self.outline):
+            arc = threats.arc or self.assess_along(frame, motion, turns=False).path
+            if arc is not None and threats.path is not None and arc.ttc < threats.path.ttc:
+                rule, speed = self.stopping, arc.closing_speed
+                stops_in = rule.reaction_time + speed / (2.0 * rule.deceleration) + rule.margin / speed
+                return threats._replace(path=arc) if arc.ttc < stops_in else threats
+        return threats
+
     def _turn(self, frame: Frame, kernel: Any, motion: Motion) -> Threat:
         """Return the nearest threat on arcs that a vehicle may turn to: half and all of what wheels and tires allow."""
         speed, lateral_speed = motion.speed, motion.lateral_speed
@@ -288,7 +282,7 @@ class ThreatAssessment:
             raise ValueError("ranges need a scan that reads them: BrakeController(scan=ScanTTC(...))")
         raise ValueError(f"ranges must be one scan, of shape (beams,), got shape {np.shape(frame.readings)}")
 
-    def _assess_estimate(self, frame: Frame) -> Threats:
+    def assess_estimate(self, frame: Frame) -> Threats:
         """Return the threats of a frame that is an estimate."""
         if frame.readings is not None:
             raise ValueError("ranges need a scan that reads them, and points need a path: give the controller one")
