@@ -566,6 +566,11 @@ def test_settings_are_refused_with_the_reason(settings: dict[str, Any], error: t
             "ranges must be one scan",
         ),
         (
+            {"now": 0.0, "ranges": [wall(5.0).tolist()], "stamp": 0.0, "motion": Motion(1.0)},
+            ValueError,
+            r"ranges must be one scan, .*\(1, 181\)",
+        ),
+        (
             {"now": 0.0, "ranges": wall(5.0), "points": np.ones((3, 3)), "stamp": 0.0},
             ValueError,
             "ranges or points, not both",
