@@ -66,8 +66,8 @@ SHORT = (
     "estimator, arrange the bounds and find the layout of the points takes longer than the one point."
 )
 ROAD = (
-    "Three quarters of it put the points that could be road into voxels, one by one; most of the rest are the votes on "
-    "planes."
+    "About half of it numbers the voxels of the points in the region, which are half of the frame, and adds them up. A "
+    "quarter finds these points; the rest are the votes on planes and the fit."
 )
 FEW_INSIDE = (
     "This gate leaves its outlier removal about 440 points of a frame, and the crop takes a third of the time; "

@@ -29,6 +29,9 @@ LAYERS_PER_METRE = 5.0
 ONE_BELOW_IN = 10
 """One in this many points of a column may lie below the road, because reflections do."""
 
+FLAT = 1000
+"""The flatness of a column of which all points are in the ground or just above."""
+
 SLOPE_STEP = 0.6
 """Two neighbouring slopes of the vote differ by this much in height across the whole region, m."""
 
@@ -205,13 +208,15 @@ class VoxelColumns:
         return cls(points, total, enough.argmax(axis=1))
 
     def flatness(self) -> Doubles:
-        """Find the share of the points of each column in its ground or just above.
+        """Find the share of the points of each column in its ground or just above, in whole thousandths.
 
-        That is all of them over a road, and few where there is a wall or a bush.
+        That is all of them over a road, and few where there is a wall or a bush. Sums of whole numbers are exact in any
+        order, so equal votes are equal.
         """
         above = np.pad(self.points, ((0, 0), (0, 1)))  # nothing is above the top layer
         column = np.arange(len(self.ground))
-        flatness: Doubles = (above[column, self.ground] + above[column, self.ground + 1]) / self.points.sum(axis=1)
+        flat = above[column, self.ground] + above[column, self.ground + 1]
+        flatness: Doubles = np.round(FLAT * (flat / self.points.sum(axis=1)))
         return flatness
 
     def mean(self) -> Doubles:

@@ -173,6 +173,25 @@ impl<'a, T: Real> Row<'a, T> {
             .map(|intensity| each_type!(intensity, IntensityRow(column) => IntensityRow: column.slice(from, to)));
         Row { xyz: self.xyz.map(|column| column.slice(from, to)), intensity }
     }
+
+    /// Does the work on the layout of the row, of which column `ahead` is forward.
+    #[inline(always)]
+    pub(crate) fn in_layout(&self, ahead: usize, work: impl OnLayout<T>) {
+        if let Some(records) = Records::new(self.xyz) {
+            let fourth = self.intensity.is_some_and(|it| it.is_fourth(&records));
+            let forward = records.starting_at(ahead);
+            if let (Some(records), Some(forward)) = (records.back_to_back(), forward.back_to_back()) {
+                work.run(Packed { records, forward, fourth });
+            } else {
+                work.run(Packed { records, forward, fourth });
+            }
+        } else if let [Some(x), Some(y), Some(z)] = self.xyz.map(Column::dense) {
+            let xyz = [x, y, z];
+            work.run(Columns { xyz, forward: xyz[ahead] });
+        } else {
+            work.run(Columns { xyz: self.xyz, forward: self.xyz[ahead] });
+        }
+    }
 }
 
 impl<'a> Intensity<'a> {
@@ -263,6 +282,14 @@ pub(crate) trait Layout<T>: Copy {
     fn inside<I: Instructions>(&self, simd: I, at: usize, bounds: &Self::Bounds) -> u16;
     /// The forward coordinates of the points `at .. at + LANES`.
     fn forward(&self, at: usize) -> Lanes<T>;
+    /// The coordinates of the points `at .. at + LANES`, as stored.
+    fn xyz(&self, at: usize) -> [Lanes<T>; 3];
+}
+
+/// Work on the points of a row in their layout.
+pub(crate) trait OnLayout<T> {
+    /// Does the work.
+    fn run<L: Layout<T>>(self, layout: L);
 }
 
 /// Points whose columns lie anywhere.
@@ -310,6 +337,12 @@ impl<T: Real, S: Source<T>> Layout<T> for Columns<S> {
     #[inline(always)]
     fn forward(&self, at: usize) -> Lanes<T> {
         self.forward.lanes(at)
+    }
+
+    #[inline(always)]
+    fn xyz(&self, at: usize) -> [Lanes<T>; 3] {
+        let [x, y, z] = &self.xyz;
+        [x.lanes(at), y.lanes(at), z.lanes(at)]
     }
 }
 
@@ -388,5 +421,17 @@ impl<T: Real, F: Fours<T>> Layout<T> for Packed<F> {
             first[i] = fours[i / 4][i % 4 * 4];
         }
         first
+    }
+
+    #[inline(always)]
+    fn xyz(&self, at: usize) -> [Lanes<T>; 3] {
+        let fours: [Lanes<T>; 4] = self.records.fours(at);
+        let mut xyz = [[T::ZERO; LANES]; 3];
+        for column in 0..3 {
+            for i in 0..LANES {
+                xyz[column][i] = fours[i / 4][i % 4 * 4 + column];
+            }
+        }
+        xyz
     }
 }

@@ -3,7 +3,7 @@
 use crate::macros::{Value, for_each_type, results, settings};
 use crate::points::Cloud;
 use crate::util::enums::axes as axes_named;
-use crate::util::run::release;
+use crate::util::run::{level, release};
 use crate::util::{count, value_error};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
@@ -260,6 +260,7 @@ pub fn fit_road(
     };
     let cloud = Cloud::view("points", points)?;
     let points = cloud.points();
-    let fit = release(py, 3 * points.len(), || for_each_type!(points, points => road::fit_road(points, &search)));
+    let fit =
+        release(py, 3 * points.len(), || for_each_type!(points, points => road::fit_road(points, &search, level())));
     fit.map(|fit| RoadFit(fit.into())).map_err(value_error)
 }

@@ -9,9 +9,8 @@
 
 use super::buffer::CandidateBuffer;
 use super::gate::{Axis, CheckedGate, NonBoxGate};
-use crate::column::{Column, Records};
 use crate::lanes::{LANES, Lanes, each};
-use crate::points::{Columns, IntensityRow, Layout, Packed, Points, Row};
+use crate::points::{IntensityRow, Layout, OnLayout, Points, Row};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level, Prefilter};
 use crate::threads::pieces;
@@ -71,25 +70,12 @@ impl<T: Real> Candidates<T> {
 
     /// Collects from a row in whatever layout.
     fn collect(&mut self, search: &Search<'_, T>) {
-        let (ahead, row, len) = (search.gate.axes[0].column, search.row, search.row.xyz[0].len());
+        let len = search.row.xyz[0].len();
         if len < LANES {
             (0..len).for_each(|i| search.take_one(i, self));
             return;
         }
-        if let Some(records) = Records::new(row.xyz) {
-            let fourth = row.intensity.is_some_and(|it| it.is_fourth(&records));
-            let forward = records.starting_at(ahead);
-            if let (Some(records), Some(forward)) = (records.back_to_back(), forward.back_to_back()) {
-                self.collect_as(Packed { records, forward, fourth }, search);
-            } else {
-                self.collect_as(Packed { records, forward, fourth }, search);
-            }
-        } else if let [Some(x), Some(y), Some(z)] = row.xyz.map(Column::dense) {
-            let xyz = [x, y, z];
-            self.collect_as(Columns { xyz, forward: xyz[ahead] }, search);
-        } else {
-            self.collect_as(Columns { xyz: row.xyz, forward: row.xyz[ahead] }, search);
-        }
+        search.row.in_layout(search.gate.axes[0].column, (self, search));
     }
 
     /// Collects from a row in its layout.
@@ -175,6 +161,12 @@ impl<T: Real> Search<'_, T> {
         if let Some(x) = non_box.map_or(Some(gate.ahead(&stored)), |gate| gate.admit(stored)) {
             into.keep(x, first + i);
         }
+    }
+}
+
+impl<T: Real> OnLayout<T> for (&mut Candidates<T>, &Search<'_, T>) {
+    fn run<L: Layout<T>>(self, layout: L) {
+        self.0.collect_as(layout, self.1);
     }
 }
 

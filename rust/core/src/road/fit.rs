@@ -7,124 +7,59 @@
 //! in front of the bumper. So every square metre counts as one patch.
 
 use super::search::{LAYERS_PER_METRE, RoadSearch};
+use super::voxels::{Voxel, voxels};
 use crate::cloud::Road;
-use crate::column::Column;
+use crate::lanes::padded;
 use crate::points::Points;
 use crate::real::Real;
+use crate::simd::{Instructions, Kernel, Level};
 
 /// Finds the plane that fits a cloud best, and counts all patches; `None` where no point could be road.
-pub(super) fn plane<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Option<(Refined, usize)> {
-    let columns = columns(points, search);
+pub(super) fn plane<T: Real>(points: &Points<'_, T>, search: &RoadSearch, level: Level) -> Option<(Refined, usize)> {
+    let voxels = voxels(points, search, level);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the size of the region is checked")]
+    let layers = search.shape()[2] as u32;
+    let same = |one: &Voxel, next: &Voxel| one.number / layers == next.number / layers;
+    let columns: Vec<_> = voxels.chunk_by(same).map(VoxelColumn::new).collect();
     if columns.is_empty() {
         return None;
     }
-    let coarse = hough_vote(&columns, search);
+    let coarse = level.run(HoughVote { columns: &columns, search });
     Some((refine(&columns, coarse, search), columns.len()))
 }
 
 /// One in this many points of a column may lie below the road, because reflections do.
 const ONE_BELOW_IN: f64 = 10.0;
-
-/// The number of points of a voxel and the sum of each of their coordinates. Fresh memory of plain numbers is zero
-/// already.
-type Sums = [f64; 4];
-
-/// A voxel that holds points.
-#[derive(Clone, Copy)]
-struct Voxel {
-    /// The number of points.
-    points: f64,
-    /// The sum of each of their coordinates, m.
-    sum: [f64; 3],
-    /// The mean of each of their coordinates, m.
-    mean: [f64; 3],
-}
-
-impl Voxel {
-    fn new(&[points, x, y, z]: &Sums) -> Self {
-        Voxel { points, sum: [x, y, z], mean: [x / points, y / points, z / points] }
-    }
-}
+/// The flatness of a column of which all points are in the ground or just above.
+const FLAT: f64 = 1000.0;
 
 /// The voxels above a square metre that hold points.
-struct VoxelColumn {
-    voxels: Vec<Voxel>,
+struct VoxelColumn<'a> {
+    voxels: &'a [Voxel],
     /// The mean position of the lowest voxel with no more than a tenth of the points below it, m.
     ground: [f64; 3],
-    /// The share of the points in the ground or just above: all of them over a road, few where there is a wall or a
-    /// bush.
-    flatness: f64,
+    /// The share of the points in the ground or just above, in whole thousandths: all of them over a road, few where there
+    /// is a wall or a bush. Sums of whole numbers are exact in any order, so equal votes are equal.
+    flatness: u32,
 }
 
-impl VoxelColumn {
-    fn new(layers: &[Sums]) -> Option<Self> {
-        let all: f64 = layers.iter().map(|[points, ..]| points).sum();
+impl<'a> VoxelColumn<'a> {
+    /// The column of at least one voxel.
+    fn new(voxels: &'a [Voxel]) -> Self {
+        let all: f64 = voxels.iter().map(|voxel| voxel.points).sum();
         let mut up_to = 0.0;
-        let lowest = layers.iter().position(|[points, ..]| {
-            up_to += points;
-            up_to > 0.0 && up_to * ONE_BELOW_IN >= all
-        })?;
-        let flat: f64 = layers[lowest..].iter().take(2).map(|[points, ..]| points).sum();
-        let voxels = layers.iter().filter(|[points, ..]| *points > 0.0).map(Voxel::new).collect();
-        Some(VoxelColumn { voxels, ground: Voxel::new(&layers[lowest]).mean, flatness: flat / all })
+        let mut is_low = |voxel: &Voxel| {
+            up_to += voxel.points;
+            up_to * ONE_BELOW_IN < all
+        };
+        let lowest = voxels.iter().take_while(|voxel| is_low(voxel)).count();
+        let ground = &voxels[lowest];
+        let flat = voxels[lowest..].iter().filter(|voxel| voxel.number <= ground.number + 1);
+        let flatness = flat.map(|voxel| voxel.points).sum::<f64>() / all;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share")]
+        let flatness = (FLAT * flatness).round_ties_even() as u32;
+        VoxelColumn { voxels, ground: ground.mean, flatness }
     }
-}
-
-/// One coordinate of the points of a row, and its bounds.
-struct Ruler<'a, T> {
-    column: Column<'a, T>,
-    low: T,
-    high: T,
-    sign: f64,
-}
-
-impl<T: Real> Ruler<'_, T> {
-    /// The coordinate of point `i` if it is in bounds.
-    #[inline(always)]
-    fn read(&self, i: usize) -> Option<f64> {
-        let stored = self.column.get(i);
-        (self.low <= stored && stored <= self.high).then(|| self.sign * stored.to_f64())
-    }
-}
-
-/// Sorts the points that could be road into columns of voxels, and leaves out columns without a point.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "distances from a corner of the region")]
-fn columns<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Vec<VoxelColumn> {
-    let ((x_low, x_high), (y_low, y_high)) = (search.x, search.y);
-    let squares = |low: f64, high: f64| ((high - low).ceil() as usize).max(1);
-    let (rows, across_squares) = (squares(x_low, x_high), squares(y_low, y_high));
-    let (middle, reach) = (-search.sensor_height, search.reach());
-    let layers = (2.0 * reach * LAYERS_PER_METRE).ceil() as usize;
-    let mut sums = vec![Sums::default(); rows * across_squares * layers];
-
-    let (low, high) = search.region().expect("the search was checked").as_box::<T>();
-    points.each_row(0..points.len(), false, |_, row| {
-        let [ahead, across, above] = search.axes.map(|axis| Ruler {
-            column: row.xyz[axis.column],
-            low: low[axis.column],
-            high: high[axis.column],
-            sign: if axis.flipped { -1.0 } else { 1.0 },
-        });
-        for i in 0..row.xyz[0].len() {
-            // One coordinate after the other, because half of the points are behind.
-            let Some(x) = ahead.read(i) else { continue };
-            let Some(y) = across.read(i) else { continue };
-            let Some(z) = above.read(i) else { continue };
-            if [x, y, z] == [0.0; 3] {
-                continue;
-            }
-            if (z - middle).abs() > search.reach_at(x, y) {
-                continue;
-            }
-            // The far edges belong to the last square and the last layer.
-            let square =
-                ((x - x_low) as usize).min(rows - 1) * across_squares + ((y - y_low) as usize).min(across_squares - 1);
-            let layer = (((z - (middle - reach)) * LAYERS_PER_METRE) as usize).min(layers - 1);
-            let voxel = &mut sums[square * layers + layer];
-            *voxel = [voxel[0] + 1.0, voxel[1] + x, voxel[2] + y, voxel[3] + z];
-        }
-    });
-    sums.chunks_exact(layers).filter_map(VoxelColumn::new).collect()
 }
 
 /// Two neighbouring slopes of the vote differ by this much in height across the whole region, m. That is little enough
@@ -136,31 +71,47 @@ const SLOPE_STEP: f64 = 0.6;
 /// Every plane on a grid of slopes and heights that could be the road is tried, and the one that the ground of most
 /// columns lies on wins. There is no starting point to get stuck at, and nothing random. Walls and bushes lie on many
 /// planes, a little on each, so a vote weighs as much as its column is flat.
-fn hough_vote(columns: &[VoxelColumn], search: &RoadSearch) -> Road {
-    let lowest = -search.sensor_height - search.height_tolerance;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a checked number above 0")]
-    let bins = ((2.0 * search.height_tolerance * LAYERS_PER_METRE).ceil() as usize).max(2);
-    let mut winner = (0.0, Road { slope_x: 0.0, slope_y: 0.0, offset: -search.sensor_height });
-    let mut votes = vec![0.0; bins + 1]; // the last is for planes that cannot be the road
-    for slope_x in slopes(search.x, search.max_slope) {
-        for slope_y in slopes(search.y, search.max_slope) {
-            votes.fill(0.0);
-            for VoxelColumn { ground: [x, y, z], flatness, .. } in columns {
-                let place = (z - slope_x * x - slope_y * y - lowest) * LAYERS_PER_METRE;
-                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin, when it is one")]
-                let bin = if 0.0 <= place { place as u32 as usize } else { bins };
-                votes[bin.min(bins)] += flatness;
-            }
-            // Two bins together, or a road on the border between them would lose half its votes.
-            for (bin, pair) in votes[..bins].windows(2).enumerate() {
-                if pair[0] + pair[1] > winner.0 {
-                    let offset = lowest + (bin + 1) as f64 / LAYERS_PER_METRE;
-                    winner = (pair[0] + pair[1], Road { slope_x, slope_y, offset });
+struct HoughVote<'a> {
+    columns: &'a [VoxelColumn<'a>],
+    search: &'a RoadSearch,
+}
+
+impl Kernel for HoughVote<'_> {
+    type Output = Road;
+
+    #[inline(always)]
+    fn run<I: Instructions>(self, _simd: I) -> Road {
+        let HoughVote { columns, search } = self;
+        let lowest = -search.sensor_height - search.height_tolerance;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a checked number above 0")]
+        let bins = ((2.0 * search.height_tolerance * LAYERS_PER_METRE).ceil() as usize).max(2);
+        let [x, y, z] = std::array::from_fn(|axis| padded(columns.iter().map(|column| column.ground[axis]), 0.0));
+        let flatness = padded(columns.iter().map(|column| column.flatness), 0);
+        let (mut along_x, mut place) = (z.clone(), z.clone());
+        let mut winner = (0, Road { slope_x: 0.0, slope_y: 0.0, offset: -search.sensor_height });
+        let mut below = vec![0; bins + 1]; // the votes below each border of bins
+        for slope_x in slopes(search.x, search.max_slope) {
+            along_x.iter_mut().zip(&x).zip(&z).for_each(|((along, x), z)| *along = z - slope_x * x);
+            for slope_y in slopes(search.y, search.max_slope) {
+                for ((place, along), y) in place.iter_mut().zip(&along_x).zip(&y) {
+                    *place = (along - slope_y * y - lowest) * LAYERS_PER_METRE;
+                }
+                for (bin, below) in below.iter_mut().enumerate() {
+                    let votes = place.iter().zip(&flatness);
+                    *below = votes.map(|(place, flatness)| if *place < bin as f64 { *flatness } else { 0 }).sum();
+                }
+                // Two bins together, or a road on the border between them would lose half its votes.
+                for (bin, below) in below.windows(3).enumerate() {
+                    let votes = below[2] - below[0];
+                    if votes > winner.0 {
+                        let offset = lowest + (bin + 1) as f64 / LAYERS_PER_METRE;
+                        winner = (votes, Road { slope_x, slope_y, offset });
+                    }
                 }
             }
         }
+        winner.1
     }
-    winner.1
 }
 
 /// The slopes of the grid up to the steepest, the flattest first.
@@ -198,7 +149,7 @@ struct Patch {
 ///
 /// This is iteratively reweighted least squares with Tukey's biweight [Huber, Robust Statistics; Beaton and Tukey
 /// 1974].
-fn refine(columns: &[VoxelColumn], coarse: Road, search: &RoadSearch) -> Refined {
+fn refine(columns: &[VoxelColumn<'_>], coarse: Road, search: &RoadSearch) -> Refined {
     let mut refined = Refined { road: coarse, inliers: 0, patches: 0, width: 0.0, rms: f64::NAN };
     for step in STEPS {
         let tolerance = search.tolerance.max(step);
@@ -219,7 +170,7 @@ fn refine(columns: &[VoxelColumn], coarse: Road, search: &RoadSearch) -> Refined
 }
 
 /// The part of a column near the road, if its ground is near the road.
-fn agreeing(column: &VoxelColumn, road: &Road, tolerance: f64) -> Option<Patch> {
+fn agreeing(column: &VoxelColumn<'_>, road: &Road, tolerance: f64) -> Option<Patch> {
     let distance = |[x, y, z]: [f64; 3]| {
         let height = road.height(x, y, z);
         height.abs() / if height > 0.0 { tolerance } else { BELOW * tolerance }

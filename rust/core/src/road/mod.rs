@@ -5,6 +5,7 @@
 
 mod fit;
 mod search;
+mod voxels;
 
 pub use search::RoadSearch;
 
@@ -12,6 +13,7 @@ use crate::cloud::Road;
 use crate::error::Error;
 use crate::points::Points;
 use crate::real::Real;
+use crate::simd::Level;
 use fit::{Refined, plane};
 
 /// Whether a road was found.
@@ -111,9 +113,9 @@ impl RoadFit {
 ///
 /// # Errors
 /// When the settings make no sense.
-pub fn fit_road<T: Real>(points: &Points<'_, T>, search: &RoadSearch) -> Result<RoadFit, Error> {
+pub fn fit_road<T: Real>(points: &Points<'_, T>, search: &RoadSearch, level: Level) -> Result<RoadFit, Error> {
     let search = search.checked()?;
-    let Some((Refined { road, inliers, patches, width, rms }, all)) = plane(points, &search) else {
+    let Some((Refined { road, inliers, patches, width, rms }, all)) = plane(points, &search, level) else {
         return Ok(RoadFit::nothing(if points.any_valid() { Refusal::Nothing } else { Refusal::NoData }));
     };
     let share = patches as f64 / all as f64;

@@ -82,8 +82,7 @@ impl RoadSearch {
         }
         at_least_one("min_patches", self.min_patches)?;
         share("min_share", self.min_share)?;
-        let [rows, columns] = [self.x, self.y].map(|(low, high)| (high - low).ceil().max(1.0));
-        if rows * columns * (2.0 * self.reach() * LAYERS_PER_METRE).ceil() > MOST_VOXELS {
+        if self.shape().iter().product::<f64>() > MOST_VOXELS {
             return Err(Error::new("x, y", "span too large a region for max_slope and height_tolerance: narrow one"));
         }
         Ok(self)
@@ -94,6 +93,12 @@ impl RoadSearch {
         let (middle, reach) = (-self.sensor_height, self.reach());
         let z = Some((middle - reach, middle + reach));
         Gate { x: self.x, y: self.y, z, axes: self.axes, ..Gate::default() }.checked()
+    }
+
+    /// The number of voxels of the region forward, to the left and up.
+    pub(super) fn shape(&self) -> [f64; 3] {
+        let [rows, columns] = [self.x, self.y].map(|(low, high)| (high - low).ceil().max(1.0));
+        [rows, columns, (2.0 * self.reach() * LAYERS_PER_METRE).ceil()]
     }
 
     /// The farthest that the road could be from minus the height of the sensor in the whole region, m.
