@@ -23,6 +23,7 @@ from ttc_fast.cli import parsers
 from ttc_fast.configuration import CRITERIA
 from ttc_fast.logs import LogOptions
 from ttc_fast.ros.dds.settings import DdsSettings
+from ttc_fast.ros.settings import NodeSettings
 
 if TYPE_CHECKING:
     import argparse
@@ -186,7 +187,7 @@ def settings_page() -> str:
     parts = [
         "# Settings",
         "Arguments of a class have these names everywhere: in Python, in the parts of a "
-        "[file](../replay.md#settings-from-a-file), as parameters of the [node](../ros.md#parameters), which has more, "
+        "[file](../replay.md#settings-from-a-file), as parameters of the [node](#ttc-fast-node), which has more, "
         "and, with dashes, as options of `ttc-fast replay`.",
         *_table("ScanTTC", "`[scan]` in a file.", _settings.SCAN),
         *_table("Gate", "`[gate]` in a file.", _settings.GATE),
@@ -196,6 +197,11 @@ def settings_page() -> str:
     for name, kind in CRITERIA.items():
         parts += _table(name, f'A criterion; `[[criteria]]` with `kind = "{name}"` in a file.', settings_of(kind))
     parts += _table("open_log", "Options of a log.", settings_of(LogOptions))
+    node = (
+        "[Parameters](../ros.md#parameters), at the top of a file. Those of BrakeController are parameters as well, "
+        "but for `time_increment`, which each scan says. None is an empty list in a file."
+    )
+    parts += _table("ttc-fast node", node, settings_of(NodeSettings))
     parts += _table("ttc-fast node --dds", "`[dds]` in a file.", settings_of(DdsSettings))
     return "\n\n".join(parts) + "\n"
 
