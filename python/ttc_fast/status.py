@@ -32,7 +32,8 @@ class Status(NamedInt):
     CLEAR
         The sensor looked, and there is nothing to hit.
     NOT_CLOSING
-        Something is there and does not come closer. The TTC is infinite.
+        Something is there and does not come closer, or a swept path does not touch it within its horizon. The TTC is
+        infinite.
     CLOSING
         Something comes closer.
     CONTACT

@@ -114,6 +114,12 @@ class TestTrigger:
         assert "SweptPathThreshold: 0.50 < 1.5 s" in str(decision)
         assert "at 2.40 m, 2.00 m clear, closing at 4.00 m/s, TTC 0.50 s" in str(decision)
 
+    def test_says_that_a_wall_is_beyond_the_horizon(self) -> None:
+        """7.6 m at 1 m/s are 7.6 s, and the path is looked at for 5 s."""
+        decision = Drive(trigger=(1, 1)).frame(8.0, 1.0)
+        assert decision.status is Status.NOT_CLOSING
+        assert str(decision.threat) == "nothing is touched within the horizon"
+
     def test_stopping_distance_where_a_threshold_is_too_late(self) -> None:
         """At 25 m/s and 5 m/s^2 it takes 64.7 m to stop, and 1.5 s are 37.5 m."""
         fast = [SweptPathThreshold(1.5), StoppingDistance(deceleration=5.0, reaction_time=0.1, margin=0.5)]

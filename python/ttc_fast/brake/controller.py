@@ -82,7 +82,8 @@ class BrakeController:
     motion_timeout : float, default 0.5
         Odometry of this age is not used any more, s.
     min_returns : int, default 0
-        With fewer valid readings (``counts.valid``) a frame is blind. A frame without a valid reading always is.
+        With fewer valid readings (``counts.valid``) a frame is blind. A frame with neither a valid reading nor free
+        space always is. A scan of nothing but inf is free space, and CLEAR unless ``min_returns`` is above 0.
     when_blind : Command, default Command.BRAKE
         The command when sensor data are missing, too old or blind, when no closing speed is known, or no sensor looks
         at the path: BRAKE or WARN.

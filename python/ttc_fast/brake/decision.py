@@ -60,7 +60,7 @@ class Reason(NamedInt):
     STALE
         The newest sensor data are too old, or repeat to the bit what was seen long ago.
     BLIND
-        For too long the frames have had nothing valid, or fewer returns than ``min_returns``.
+        For too long the frames have had neither a valid reading nor free space, or fewer returns than ``min_returns``.
     NO_MOTION
         There is no odometry, or it is too old, and nothing else gives a closing speed.
     OVERRIDE

@@ -259,6 +259,8 @@ class Threat(NamedTuple):
         at = f" at {self.range:.2f} m," if math.isfinite(self.range) else ""
         if self.source is Source.ESTIMATE and self.status is Status.CONTACT:
             return f"{where}{at} in contact"
+        if self.index < 0 and self.source is not Source.ESTIMATE:
+            return "nothing is touched within the horizon" if self.source is Source.PATH else "nothing comes closer"
         return (
             f"{where}{at} {self.clearance:.2f} m clear, closing at {self.closing_speed:.2f} m/s, TTC {self.ttc:.2f} s"
         )

@@ -144,5 +144,5 @@ def _draw_ttc(axes: Axes, history: History) -> None:
         axes.plot(stamps[warned], shown[warned], "o", mfc="none", color=CAUTION, ms=5, label="warns")
     going = np.isin(history.status, (Status.CLEAR, Status.NOT_CLOSING))
     unseen = np.isin(history.status, (Status.NO_DATA, Status.INVALID))
-    mark_on_top(axes, stamps[going], QUIET, "nothing closes")
+    mark_on_top(axes, stamps[going], QUIET, "TTC is infinite")
     mark_on_top(axes, stamps[unseen], BLIND, "nothing valid seen")

@@ -42,7 +42,7 @@ def view_of(replay: Replay, row: Row, frame: Any) -> View:
 def _title(replay: Replay, row: Row) -> str:
     what = f"{row.command.name} ({row.reason.name})"
     if not replay.braked and row.command is not Command.BRAKE:
-        what = "least TTC" if math.isfinite(row.ttc) else "nothing closes in any frame"
+        what = "least TTC" if math.isfinite(row.ttc) else "the TTC is infinite in all frames"
     if not math.isfinite(row.ttc):
         return f"frame {row.frame}, t = {row.stamp:.2f} s\n{what}"
     collision = f"{row.ttc:.2f} s to collision, {row.distance:.2f} m, closing at {row.closing_speed:.2f} m/s"
