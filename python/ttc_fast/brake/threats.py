@@ -255,7 +255,8 @@ class ThreatAssessment:
         if type(seen) in BATCHES:
             self._refuse(frame)
         if frame.is_cloud:
-            index, angle, distance = seen.index, math.atan2(seen.y, seen.x), hypot(seen.x, seen.y)
+            index, x, y = seen.index, seen.x, seen.y
+            angle, distance = math.atan2(y, x), hypot(x, y)
         else:
             index, angle, distance = seen.beam, seen.angle, seen.range
             if index > 0:

@@ -83,11 +83,13 @@ class FieldsOfView:
         if over_ground <= self._slow:
             return False
         ahead = self._reaction_time + over_ground / self._twice_deceleration
-        if not frame.is_cloud and not self._views:  # by far the most frequent case
-            by_scan = self._assessment.scan_path
-            if by_scan is not None and by_scan.unseen(speed, yaw_rate, lateral_speed, ahead=ahead) <= self._narrow:
-                return False
-        oldest = frame.now - self._timeout
+        oldest, by_scan = frame.now - self._timeout, self._assessment.scan_path
+        if (  # by far the most frequent case
+            by_scan is not None
+            and (not frame.is_cloud or self.state.scans.seen_at >= oldest)
+            and by_scan.unseen(speed, yaw_rate, lateral_speed, ahead=ahead) <= self._narrow
+        ):
+            return False
         looks: list[ScanSweptPath] = []
         clouds: list[FieldsOfView] = []
         for fields in (self,) if alone else (self, *self.others):
