@@ -25,7 +25,7 @@ METHODS = pytest.mark.parametrize("method", ["min", "nearest", "per_point"])
         (0.0, 0.0, -1.0, 1.0),
         (-0.1, math.nan, -0.15, 0.15),
         (-math.inf, 0.4, -0.15, 0.15),
-        (-0.1, 1e7, -0.15, 0.15),
+        (-100.0, 400.0, -150.0, 150.0),
     ],
 )
 def test_an_outline_that_is_none(module: Any, outline: Any) -> None:

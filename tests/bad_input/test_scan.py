@@ -313,7 +313,7 @@ OUTLINES = {
     "no width": (-0.1, 0.4, 0.0, 0.0),
     "NaN": (-0.1, math.nan, -0.15, 0.15),
     "infinite": (-math.inf, 0.4, -0.15, 0.15),
-    "more than any vehicle": (-0.1, 1e7, -0.15, 0.15),
+    "in millimetres": (-100.0, 400.0, -150.0, 150.0),
 }
 
 

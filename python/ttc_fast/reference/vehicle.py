@@ -17,7 +17,10 @@ LIGHT_SPEED = 299_792_458.0
 """No vehicle is faster, m/s."""
 
 LARGEST = 1e6
-"""No vehicle, and no plan of one, reaches farther from its origin, m."""
+"""No plan of a vehicle reaches farther from its origin, m."""
+
+LONGEST = 100.0
+"""An outline that reaches farther from the vehicle's origin is more likely in millimetres, m."""
 
 PARALLEL = 1e-12
 """Directions this close to the direction of an edge run along it: the cosine of a right angle is not exactly 0."""
@@ -58,8 +61,8 @@ def checked_outline(outline: Any) -> Outline:
     result = Outline(*(finite("outline", edge) for edge in outline))
     if not (result.x_rear < result.x_front and result.y_right < result.y_left):
         raise ValueError(f"outline must have x_rear < x_front and y_right < y_left, got {result}")
-    if not all(abs(edge) <= LARGEST for edge in result):
-        raise ValueError(f"outline must lie within {LARGEST} m of the vehicle's origin")
+    if not all(abs(edge) <= LONGEST for edge in result):
+        raise ValueError(f"outline must lie within {LONGEST} m of the vehicle's origin; lengths are in metres")
     return result
 
 

@@ -8,8 +8,11 @@ use crate::error::{Error, finite};
 /// No vehicle is faster than light, m/s. This keeps every product far from overflow.
 pub(crate) const LIGHT_SPEED: f64 = 299_792_458.0;
 
-/// No vehicle, and no plan of one, reaches farther from its origin, m. This keeps every product far from overflow.
+/// No plan of a vehicle reaches farther from its origin, m. This keeps every product far from overflow.
 pub(crate) const LARGEST: f64 = 1e6;
+
+/// An outline that reaches farther from the vehicle's origin is more likely in millimetres, m.
+const LONGEST: f64 = 100.0;
 
 /// Directions this close to the direction of an edge run along it: the cosine of a right angle is not exactly 0.
 const PARALLEL: f64 = 1e-12;
@@ -51,8 +54,9 @@ impl Outline {
     pub(crate) fn checked(self) -> Result<Self, Error> {
         for edge in [self.x_rear, self.x_front, self.y_right, self.y_left] {
             finite("outline", edge)?;
-            if edge.abs() > LARGEST {
-                return Err(Error::new("outline", format!("must lie within {LARGEST} m of the vehicle's origin")));
+            if edge.abs() > LONGEST {
+                let problem = format!("must lie within {LONGEST} m of the vehicle's origin, got an edge at {edge:?} m");
+                return Err(Error::new("outline", problem).hint("lengths are in metres, not millimetres"));
             }
         }
         if self.x_rear < self.x_front && self.y_right < self.y_left {
