@@ -33,50 +33,12 @@ SizeT = TypeVar("SizeT")
 
 @dataclass(frozen=True)
 class LogOptions:
-    """What the user says of a log. None leaves it to the log.
+    """What the user says of a log. None leaves it to the log. The fields describe themselves.
 
     A format knows the options that make sense for it, and refuses the others by name.
 
     Attributes
     ----------
-    topic : str or None
-        The topic of the scans or clouds where a bag has several; what the names of one sensor's frames have in common
-        where a folder of clouds has several; the first word of a laser's lines in a CARMEN log.
-    frame : str or None
-        The ``frame_id`` of the sensor, where several of them share the topic.
-    base_frame : str or None
-        The frame of the vehicle, in which ``/tf_static`` places the sensor; base_link by default.
-    clock : str or None
-        "header": the stamps of the messages hold. "recorded": the times of recording hold. By default the bag decides.
-    odometry_topic : str or None
-        The topic of the odometry, where a bag has several.
-    speed : float or None
-        The forward speed of the vehicle, negative when reversing, m/s. It holds instead of the recorded one.
-    max_speed_age : float or None
-        Odometry that is older than this at the time of a frame says nothing about its speed, s; 0.5 by default, and 5
-        for CARMEN logs.
-    rate : float or None
-        How many frames a second there are, instead of the stamps.
-    max_unpacked : float or None
-        A chunk, a message or a cloud that unpacks to more than this and to more than 20 times its size is refused, and
-        an archive that unpacks to four times as much, MB; 64 by default.
-    column, stamp_column : str or None
-        The columns of the distances and of their stamps in a table.
-    range_min, range_max : float or None
-        Readings of a scanner below and above these are discarded, m.
-    mount : (float, float, float) or None
-        The scanner's x, y (m) and yaw (rad) in the vehicle frame.
-    outline : (float, float, float, float) or None
-        The vehicle's x_rear, x_front, y_right, y_left, m.
-    upside_down : bool or None
-        Whether the scanner hangs upside down, so that its beams run the other way round.
-    sensor_height : float or None
-        The height of a lidar above the road, m.
-    front_offset : float or None
-        The distance from a lidar to the bumper, m. Distances count from there. Nearer points are the vehicle itself.
-    axes : (str, str, str) or None
-        Which stored coordinates of the points are forward, left and up: ("x", "y", "z") by REP 103, ("y", "-x", "z")
-        where y is forward and x right; as in ``Gate``.
     ignore_useless : bool
         Whether options that this kind of log has no use for are ignored instead of refused.
 
@@ -90,9 +52,11 @@ class LogOptions:
         None,
         Text(),
         "The topic of the scans or clouds where a bag has several; the names of one sensor's frames in a folder of "
-        "several; the laser of a CARMEN log.",
+        "several; the laser of a CARMEN log, which is the first word of its lines.",
     )
-    frame: str | None = setting(None, Text(), "The frame_id of the sensor, where several of them share the topic.")
+    frame: str | None = setting(
+        None, Text(), "The frame_id of the sensor, where several of them share the topic of a bag."
+    )
     base_frame: str | None = setting(
         None, Text(), "The frame of the vehicle, in which /tf_static places the sensor; by default base_link."
     )
@@ -108,7 +72,9 @@ class LogOptions:
         "The forward speed of the vehicle, negative when reversing, instead of the recorded one.",
     )
     max_speed_age: float | None = setting(
-        None, Number(unit="s", least=0.0, infinite=True), "Odometry that is older says nothing about the speed."
+        None,
+        Number(unit="s", least=0.0, infinite=True),
+        "Odometry that is older says nothing about the speed; by default 0.5, and 5 for CARMEN logs.",
     )
     rate: float | None = setting(
         None,
@@ -140,7 +106,7 @@ class LogOptions:
     front_offset: float | None = setting(
         None,
         Number(unit="m", least=0.0),
-        "The distance from a lidar to the bumper; nearer points are the vehicle itself.",
+        "The distance from a lidar to the bumper. Distances count from there; nearer points are the vehicle itself.",
     )
     axes: tuple[str, str, str] | None = setting(
         None,
