@@ -27,8 +27,8 @@ settings_class! {
 settings_class! {
     /// The mean of all pairs' ratios of distances, without the lowest and the highest share.
     ///
-    /// A share of 0 is the plain mean, and one near 0.5 is nearly the median. Of more than 362 matches, an even sample of
-    /// the pairs takes the place of all: as many as 362 matches have, or 64 for each match if those are more.
+    /// A share of 0 is the plain mean, and one near 0.5 is nearly the median. Of more than 129 matches, an even sample of
+    /// the pairs takes the place of all: 64 for each match.
     ///
     /// Parameters
     /// ----------

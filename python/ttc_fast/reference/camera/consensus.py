@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ttc_fast.reference.camera.similarity import Similarity, fitted, squared_residuals, through, total
+from ttc_fast.reference.camera.similarity import (
+    Similarity,
+    fitted,
+    lanes_of,
+    squared_residuals,
+    through,
+    total,
+)
 from ttc_fast.reference.camera.spread import strained
 
 if TYPE_CHECKING:
@@ -44,14 +51,14 @@ def inliers(search: Consensus, before: Doubles, now: Doubles) -> Bools | None:
 
 def _refined(fit: Any, before: Doubles, now: Doubles, those: Bools, squared: float) -> Bools:
     """Find the matches that agree with a map that is fitted to them, from those of a first guess."""
-    rounded = (before == now).sum() > UNCHANGED * before.size
+    rounded, lanes = (before == now).sum() > UNCHANGED * before.size, lanes_of(before)
     for _ in range(MOST_ROUNDS):
-        found = fit(before[those], now[those])
+        found = fit(before[those], now[those], lanes[those])
         if found is None:
             break
         is_similarity = isinstance(found, Similarity)
         residuals = squared_residuals(found, before, now) if is_similarity else found.squared_residuals(before, now)
-        variance = total(residuals[those]) / (2 * those.sum())
+        variance = total(residuals[those], lanes[those]) / (2 * those.sum())
         limit = squared if rounded else min(squared, variance * WIDTH_SQUARED)
         following = residuals <= max(limit, min(squared, LEAST_TOLERANCE * LEAST_TOLERANCE))
         if following.sum() < 3 or np.array_equal(following, those):

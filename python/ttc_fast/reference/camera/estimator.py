@@ -11,7 +11,7 @@ import numpy as np
 from ttc_fast._core import Consensus, LeastSquares, MedianRatio, TrimmedMeanRatio
 from ttc_fast.reference.camera.consensus import inliers
 from ttc_fast.reference.camera.pairs import ratios, sampled_ratios
-from ttc_fast.reference.camera.similarity import fitted
+from ttc_fast.reference.camera.similarity import fitted, lanes_of
 from ttc_fast.reference.camera.spread import spread, strained
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def estimate(estimator: ScaleEstimator, before: Doubles, now: Doubles, min_dista
             left = every[cut : len(every) - cut]
             return _estimate_by(before, now, left, float(left.mean()) if len(left) else math.nan)
         case LeastSquares():
-            similarity = fitted(before, now)
+            similarity = fitted(before, now, lanes_of(before))
             none = np.empty(0)
             return None if similarity is None else _estimate_by(before, now, none, abs(similarity.turn))
         case Consensus():
@@ -64,7 +64,7 @@ def estimate(estimator: ScaleEstimator, before: Doubles, now: Doubles, min_dista
             if those is None:
                 return None
             every = ratios(before[those], now[those], min_distance)
-            refined = strained(before[those], now[those])
+            refined = strained(before[those], now[those], lanes_of(before)[those])
             if refined is None or len(every) == 0:
                 return None
             return Estimate(refined.scale, refined.spread, len(every), int(those.sum()))

@@ -14,10 +14,8 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
 
 
-LEAST_PAIRS = 1 << 16
-"""A mean of this many pairs is that of all pairs."""
-LEAST_SHIFTS = 64
-"""A sample has at least this many pairs for each match, each of which is in twice as many."""
+SHIFTS = 64
+"""A sample has this many pairs for each match, each of which is in twice as many."""
 STEP = 7
 """The step between the places of shifts within their parts."""
 
@@ -40,7 +38,7 @@ def sampled_ratios(before: Doubles, now: Doubles, min_distance: float) -> Double
     count, every = len(before), len(before) // 2
     if every == 0:
         return np.empty(0)
-    shifts = min(every, max(LEAST_PAIRS // count, LEAST_SHIFTS))
+    shifts = min(every, SHIFTS)
     first, second = [], []
     for part in range(shifts):
         low, high = part * every // shifts, (part + 1) * every // shifts

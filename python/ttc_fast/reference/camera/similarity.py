@@ -1,7 +1,7 @@
 """Similarities between two pictures: scale, turn and shift at once, with positions as complex numbers.
 
 Products are written out, because a complex product may be fused differently by every compiler, and sums are taken in
-order: what agrees with a similarity is then the same, to the bit, wherever it is computed.
+one order: what agrees with a similarity is then the same, to the bit, wherever it is computed.
 """
 
 from __future__ import annotations
@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Doubles = NDArray[np.float64]
+    Lanes = NDArray[np.intp]
 
+LANES = 16
+"""How many sums terms are added up in, side by side."""
 SAME_SPOT = np.finfo(np.float64).eps ** 2
 """Positions whose squared distance is at most this, px^2, are one spot: the square of the smallest step above 1."""
 
@@ -48,21 +51,21 @@ def about(turn: complex, before: complex, now: complex) -> Similarity:
     return Similarity(turn, complex(now.real - moved_x, now.imag - moved_y))
 
 
-def centred(before: Doubles, now: Doubles) -> Centred | None:
+def centred(before: Doubles, now: Doubles, lanes: Lanes) -> Centred | None:
     """Centre matches; None if there are none, or if all are on one spot."""
     count = len(before)
     if count == 0:
         return None
-    centres = [[total(column) / count for column in points.T] for points in (before, now)]
+    centres = [[total(column, lanes) / count for column in points.T] for points in (before, now)]
     (px, py), (cx, cy) = (before - centres[0]).T, (now - centres[1]).T
-    size = total(px * px + py * py)
-    product = complex(total(px * cx + py * cy), total(px * cy - py * cx))
+    size = total(px * px + py * py, lanes)
+    product = complex(total(px * cx + py * cy, lanes), total(px * cy - py * cx, lanes))
     return Centred(complex(*centres[0]), complex(*centres[1]), size, product) if size > SAME_SPOT * count else None
 
 
-def fitted(before: Doubles, now: Doubles) -> Similarity | None:
+def fitted(before: Doubles, now: Doubles, lanes: Lanes) -> Similarity | None:
     """Give the similarity of the least squared distances in the later picture."""
-    matches = centred(before, now)
+    matches = centred(before, now, lanes)
     if matches is None:
         return None
     return matches.about(complex(matches.product.real / matches.size, matches.product.imag / matches.size))
@@ -94,6 +97,16 @@ def squared_residuals(similarity: Similarity, before: Doubles, now: Doubles) -> 
     return squared
 
 
-def total(terms: Doubles) -> float:
-    """Add up terms from the first to the last; NumPy's own sum takes them in another order."""
-    return float(np.cumsum(terms)[-1])
+def lanes_of(matches: Doubles) -> Lanes:
+    """Give the sum that each of all matches is added to."""
+    return np.arange(len(matches)) % LANES
+
+
+def total(terms: Doubles, lanes: Lanes) -> float:
+    """Add up terms as the kernel does: each to the sum of its lane, one after the other, then the sums by halves."""
+    sums = np.zeros(LANES)
+    np.add.at(sums, lanes, terms)
+    while len(sums) > 1:
+        first, second = np.split(sums, 2)
+        sums = first + second
+    return float(sums[0])

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ttc_fast.reference.camera.similarity import centred, residuals, total
+from ttc_fast.reference.camera.similarity import centred, lanes_of, residuals, total
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from ttc_fast.reference.camera.similarity import Centred
+    from ttc_fast.reference.camera.similarity import Centred, Lanes
 
     Doubles = NDArray[np.float64]
 
@@ -59,12 +59,12 @@ class Strained(NamedTuple):
         return np.asarray(x * x + y * y)
 
 
-def strained(before: Doubles, now: Doubles) -> Strained | None:
+def strained(before: Doubles, now: Doubles, lanes: Lanes) -> Strained | None:
     """Fit the map of least squares, with stretch and shear as likely as strain of each size makes them."""
-    matches = centred(before, now)
+    matches = centred(before, now, lanes)
     if matches is None:
         return None
-    seen = _Seen(matches, before, now, matches.product / matches.size)
+    seen = _Seen(matches, before, now, lanes, matches.product / matches.size)
     part = seen.part() if seen.tells else 0.0
     strain = -seen.along / seen.across * part if part > 0 else 0j
     turn = (matches.product - seen.own.conjugate() * strain) / matches.size
@@ -73,28 +73,29 @@ def strained(before: Doubles, now: Doubles) -> Strained | None:
 
 
 def spread(before: Doubles, now: Doubles, scale: float) -> float:
-    """Find the standard error of a scale; NaN with fewer than three matches."""
-    matches = centred(before, now)
+    """Find the standard error of a scale of all matches; NaN with fewer than three."""
+    lanes = lanes_of(before)
+    matches = centred(before, now, lanes)
     if matches is None:
         return math.nan
     length = abs(matches.product)
     turn = matches.product / length * scale if length > 0 else complex(scale)
-    return _Seen(matches, before, now, turn).spread()
+    return _Seen(matches, before, now, lanes, turn).spread()
 
 
 class _Seen:
     """What matches show of stretch and shear."""
 
-    def __init__(self, matches: Centred, before: Doubles, now: Doubles, turn: complex) -> None:
+    def __init__(self, matches: Centred, before: Doubles, now: Doubles, lanes: Lanes, turn: complex) -> None:
         self.count, self.size = len(before), matches.size
         x, y = residuals(matches.about(turn), before, now)
         # The residuals are fitted by a similarity and a strain, residual = a p + b conj(p), and b is stretch and shear.
         px, py = (before - [matches.before.real, matches.before.imag]).T
-        self.own = complex(total(px * px - py * py), total(2.0 * px * py))
-        along = complex(total(px * x - py * y), total(px * y + py * x))
+        self.own = complex(total(px * px - py * py, lanes), total(2.0 * px * py, lanes))
+        along = complex(total(px * x - py * y, lanes), total(px * y + py * x, lanes))
         self.along = along - self.own * (turn * self.size - matches.product) / self.size
         self.across = self.size - abs(self.own) ** 2 / self.size
-        self.variance = total(x * x + y * y) / (2 * self.count - 4) if self.count > 2 else math.nan
+        self.variance = total(x * x + y * y, lanes) / (2 * self.count - 4) if self.count > 2 else math.nan
         self.thin = self.across <= THIN * self.size
 
     @property

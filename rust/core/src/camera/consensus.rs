@@ -68,7 +68,8 @@ impl<T: Real> Kernel for Search<'_, T> {
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Option<Similarity> {
-        let Search { ransac: Ransac { trials, seed, .. }, matches, squared } = self;
+        let Search { ransac: Ransac { tolerance, trials, seed }, matches, squared } = self;
+        let farthest = farthest(matches);
         let others = matches.len().checked_sub(1).filter(|others| *others > 0)?;
         let mut random = SplitMix64(seed);
         let mut best = None;
@@ -78,7 +79,20 @@ impl<T: Real> Kernel for Search<'_, T> {
             let (first, second) = random.below(matches.len(), others);
             let second = second + usize::from(second >= first);
             if let Some(similarity) = Similarity::through(matches, first, second) {
-                let votes = votes(simd, matches, similarity, squared, most);
+                // Votes in the type of the positions are no fewer, and most similarities do not get enough of them.
+                let rounding = similarity.rounding::<T>(farthest);
+                let enough = T::not_below((tolerance + rounding) * (tolerance + rounding) * (1.0 + T::SLACK.to_f64()));
+                let rough = |block: &Block<T>| similarity.squared_residuals_in(block);
+                if rounding < 1.0 && votes(simd, matches, rough, enough, most) <= most {
+                    continue;
+                }
+                let votes = votes(
+                    simd,
+                    matches,
+                    |block| each_match(block, &|p, c| similarity.squared_residual(p, c)),
+                    squared,
+                    most,
+                );
                 if votes > most {
                     (best, most) = (Some(similarity), votes);
                 }
@@ -91,23 +105,35 @@ impl<T: Real> Kernel for Search<'_, T> {
 /// Counts the matches that agree, or fewer of them once there cannot be more than `most`: of matches that nearly all move
 /// as one body, most similarities are given up after a few that do not agree.
 #[inline(always)]
-fn votes<T: Real>(
+fn votes<T: Real, U: Real>(
     simd: impl Instructions,
     matches: &Matches<T>,
-    similarity: Similarity,
-    squared: f64,
+    residuals: impl Fn(&Block<T>) -> Lanes<U>,
+    squared: U,
     most: usize,
 ) -> usize {
     let (mut votes, mut left) = (0, matches.len());
     for block in matches.blocks() {
-        let residual = each_match(block, &|p, c| similarity.squared_residual(p, c));
-        votes += f64::within(simd, &residual, &[0.0; LANES], &[squared; LANES]).count_ones() as usize;
+        votes += U::within(simd, &residuals(block), &[U::ZERO; LANES], &[squared; LANES]).count_ones() as usize;
         left = left.saturating_sub(LANES);
         if votes + left <= most {
             break;
         }
     }
     votes
+}
+
+/// The largest coordinate, px.
+#[inline(always)]
+fn farthest<T: Real>(matches: &Matches<T>) -> f64 {
+    let mut farthest = [T::ZERO; LANES];
+    for column in matches.blocks().iter().flatten() {
+        for lane in 0..LANES {
+            let size = if column[lane] < T::ZERO { T::ZERO - column[lane] } else { column[lane] };
+            farthest[lane] = if size > farthest[lane] { size } else { farthest[lane] };
+        }
+    }
+    farthest.iter().fold(0.0, |most, size| size.to_f64().max(most))
 }
 
 /// The search for matches that agree with a map that is fitted to them.
@@ -154,7 +180,6 @@ struct Agreeing<'m, T, R> {
 
 impl<T: Real, R: Residual> Kernel for Agreeing<'_, T, R> {
     type Output = Vec<u16>;
-    const AVX512: bool = false;
 
     #[inline(always)]
     fn run<I: Instructions>(self, simd: I) -> Vec<u16> {

@@ -11,16 +11,14 @@ use crate::lanes::LANES;
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 
-/// A mean of this many pairs is that of all pairs.
-const LEAST_PAIRS: usize = 1 << 16;
-/// A sample has at least this many pairs for each match, each of which is in twice as many.
-const LEAST_SHIFTS: usize = 64;
+/// A sample has this many pairs for each match, each of which is in twice as many.
+const SHIFTS: usize = 64;
 
 /// The mean without a share of the lowest ratios and the same share of the highest; `None` if no pair counts.
 ///
 /// The number of pairs in the result is that of the ratios that are left.
 pub(super) fn trimmed<T: Real>(matches: &Matches<T>, rule: Rule, share: f64, level: Level) -> Option<Ratio> {
-    let quotients = sample(matches, rule, level);
+    let quotients = Shifts::new(&matches.map(widened)).values(rule, SHIFTS, level);
     let count = quotients.len();
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "share is in [0, 0.5)")]
     let cut = (share * count as f64) as usize;
@@ -34,12 +32,6 @@ pub(super) fn trimmed<T: Real>(matches: &Matches<T>, rule: Rule, share: f64, lev
     let [at_low, at_high] = [between.above_low, between.below_high].map(|others| (count - others - cut) as f64);
     let sum = between.roots + at_low * low.sqrt() + at_high * high.sqrt();
     Some(Ratio { ratio: sum / pairs as f64, pairs })
-}
-
-/// The quotients of all pairs, or of a sample of them.
-fn sample<T: Real>(matches: &Matches<T>, rule: Rule, level: Level) -> Vec<f64> {
-    let shifts = (LEAST_PAIRS / matches.len().max(1)).max(LEAST_SHIFTS);
-    Shifts::new(&matches.map(widened)).values(rule, shifts, level)
 }
 
 /// Adds up the roots of the quotients strictly between two ends, lane by lane, so that the sum does not depend on the

@@ -1,8 +1,8 @@
 //! Similarities between two pictures: scale, turn and shift at once.
 
-use super::matches::Matches;
+use super::matches::{Block, Matches};
 use super::pairs::SAME_SPOT;
-use crate::lanes::{LANES, sum};
+use crate::lanes::{LANES, Lanes, lanes, sum};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 
@@ -45,7 +45,6 @@ struct Sums<'m, T, F> {
 
 impl<T: Real, F: Fn([f64; 2], [f64; 2]) -> [f64; N], const N: usize> Kernel for Sums<'_, T, F> {
     type Output = [f64; N];
-    const AVX512: bool = false;
 
     #[inline(always)]
     fn run<I: Instructions>(self, _: I) -> [f64; N] {
@@ -124,6 +123,24 @@ impl Similarity {
         let x = self.turn[0] * p[0] - self.turn[1] * p[1] + self.shift[0] - c[0];
         let y = self.turn[0] * p[1] + self.turn[1] * p[0] + self.shift[1] - c[1];
         [x, y]
+    }
+
+    /// The squared distances of the matches of a block, computed in their type.
+    #[inline(always)]
+    pub(super) fn squared_residuals_in<T: Real>(self, [px, py, cx, cy]: &Block<T>) -> Lanes<T> {
+        let ([a, b], [x, y]) = (self.turn.map(T::from_f64), self.shift.map(T::from_f64));
+        lanes(|lane| {
+            let x = a * px[lane] - b * py[lane] + x - cx[lane];
+            let y = a * py[lane] + b * px[lane] + y - cy[lane];
+            x * x + y * y
+        })
+    }
+
+    /// More than rounding can do to such a distance, where no coordinate is larger than `farthest`.
+    #[inline(always)]
+    pub(super) fn rounding<T: Real>(self, farthest: f64) -> f64 {
+        let [a, b, x, y] = [self.turn[0], self.turn[1], self.shift[0], self.shift[1]].map(f64::abs);
+        T::SLACK.to_f64() * ((1.0 + a + b) * farthest + x + y)
     }
 
     /// The squared distance of a match from where the similarity puts it now.
