@@ -57,7 +57,7 @@ bench: $(VENV)/.release ## measure kernels, whole Python calls beside others, an
 	$(call say,all implementations side by side)
 	$(BIN)/python -m benches.report
 	$(call say,the goals; make bench DOCUMENT=docs/performance.md writes them down)
-	$(BIN)/python -m benches.goals $(if $(DOCUMENT),--markdown "$(DOCUMENT)")
+	$(BIN)/python -m benches.goals $(if $(DOCUMENT),--markdown "$(DOCUMENT)" --readme README.md)
 
 bench-check: $(VENV)/.has-bench ## run every benchmark once, as a test of its answer
 	$(call say,kernels)

@@ -34,9 +34,11 @@ class Report:
         return table
 
     def markdown(self) -> str:
+        return "\n".join([f"### {self.title}", "", self.legend, "", self.table(), ""])
+
+    def table(self) -> str:
         rule = ["---", *("---:" for _ in self.header[1:])]
-        lines = [f"| {' | '.join(row)} |" for row in (self.header, rule, *self.rows)]
-        return "\n".join([f"### {self.title}", "", self.legend, "", *lines, ""])
+        return "\n".join(f"| {' | '.join(row)} |" for row in (self.header, rule, *self.rows))
 
 
 def console() -> Console:
