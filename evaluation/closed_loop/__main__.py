@@ -19,7 +19,6 @@ from ttc_fast import IttcThreshold, StoppingDistance, SweptPathThreshold
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from evaluation.closed_loop.drive import Drive
 
 COUNTS = ("drives", "possible", "collisions", "unavoidable", "needless stops", "of them false")
 MARGINS = ("earliest", "5 %", "median", "latest", "least room")

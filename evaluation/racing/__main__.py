@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evaluation.racing.course import names
-from evaluation.racing.drives import Outcome, lap_drive, random_drive
+from evaluation.racing.drives import SEED, Outcome, lap_drive, random_drive
 from evaluation.report import Report, console, write_into
 from ttc_fast import BrakeController, StoppingDistance
 
@@ -51,8 +51,6 @@ LOOKED_AT = ("Oschersleben", "skirk")
 """The other courses there are: settings of an earlier version were chosen on them as well."""
 MAPS = ("berlin", "skirk")
 """The maps without a race line, which are wide enough to steer at random."""
-SEED = 11
-"""The seed of the drives at random that the settings were chosen with."""
 UNSEEN_SEED = 12
 """The seed of drives at random of which none was driven before the settings were chosen."""
 

@@ -19,6 +19,8 @@ LATENCY = 0.0125
 """The time from measuring a scan to deciding, s."""
 DELAY = 0.05
 """The time from the command to the bite of the brake, s."""
+SEED = 11
+"""The seed of the drives at random that the settings were chosen with."""
 FASTEST_AT_RANDOM = 6.0
 """The greatest speed of a drive with steering at random, m/s."""
 PATIENCE = 3.0
@@ -59,7 +61,7 @@ def lap_drive(
 
 
 def random_drive(
-    name: str, run: int, settings: Callable[[Any], BrakeController], seed: int = 11, **made: Any
+    name: str, run: int, settings: Callable[[Any], BrakeController], seed: int = SEED, **made: Any
 ) -> Outcome:
     """Drive with steering at random from somewhere on a course's line, for at most 20 s."""
     where, rng = course(name), np.random.default_rng([seed, run])

@@ -7,7 +7,6 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from rich.table import Table
 
 import ttc_fast
 from ttc_fast import SIMD_LEVEL, Gate, KthSmallest, reference
@@ -21,12 +20,13 @@ if TYPE_CHECKING:
 
 MOTION = (3.0, 0.2)  # m/s and rad/s
 METHODS = ("min", "nearest", "per_beam")
-SCANNER: dict[str, Any] = {
+SMALL_CAR: dict[str, Any] = {
     "range_min": 0.06,
     "range_max": 30.0,
     "mount": (0.27, 0.0, 0.0),
     "outline": (-0.1, 0.4, -0.15, 0.15),
 }
+"""The scanner of a small car: arguments of ``ScanTTC``, for the tests of ``ttc-fast doctor`` as well."""
 CLOUD = {"gate": Gate(x=(2.0, 60.0), z=(-1.5, 0.3)), "estimator": KthSmallest(20)}
 RTOL = 1e-6  # between the answers of per_beam, which is computed in float32
 TURN = 5e-3  # s that one side gets before the other's turn
@@ -116,6 +116,8 @@ def report(timings: list[Timing], console: Console) -> None:
     console : Console
         Where the table is printed.
     """
+    from rich.table import Table
+
     table = Table(box=None, header_style="bold", pad_edge=False)
     table.add_column("")
     for name in ("input", "ttc_fast", "reference", "ratio", "a second"):
@@ -132,7 +134,7 @@ def report(timings: list[Timing], console: Console) -> None:
 def _scan_cases(beams: int) -> Iterator[Case]:
     ranges = _scan(beams)
     angles = (-0.75 * np.pi, 1.5 * np.pi / beams, beams)
-    fast, slow = ttc_fast.ScanTTC(*angles, **SCANNER), reference.ScanTTC(*angles, **SCANNER)
+    fast, slow = ttc_fast.ScanTTC(*angles, **SMALL_CAR), reference.ScanTTC(*angles, **SMALL_CAR)
     for method, agree in _agreement(fast, slow, ranges).items():
         kernel, specified = (_call(getattr(side, method), ranges, *MOTION) for side in (fast, slow))
         yield Case(f"ScanTTC.{method}", kernel, specified, beams, agree)

@@ -320,7 +320,7 @@ def test_what_is_written_is_whole_or_absent(tmp_path: Path) -> None:
 
 def test_jobs_are_for_this_machine(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", str(SCANS), "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"]) == 2
-    assert "--jobs is for this machine" in capsys.readouterr().err
+    assert "--jobs cannot be combined with --scheduler" in capsys.readouterr().err
 
 
 def test_a_worker_of_another_version_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

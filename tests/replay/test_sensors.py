@@ -13,9 +13,9 @@ from tests.support.bags import BEGIN, KINDS, Cloud, Item, Odom, Recorded, Scan, 
 from tests.support.common import CAR
 from tests.support.dds_harness import DdsHarness
 from tests.support.ros_harness import CoreHarness, RclpyHarness, RospyHarness
+from ttc_fast._exit_codes import PARTIAL
 from ttc_fast.brake import Reason
 from ttc_fast.cli import main
-from ttc_fast.cli.exits import PARTIAL
 from ttc_fast.configuration import Configuration
 from ttc_fast.logs import LogError, open_log
 from ttc_fast.replay import Replay, Row, Settings

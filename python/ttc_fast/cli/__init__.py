@@ -9,10 +9,11 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast import SIMD_LEVEL, __version__
+from ttc_fast._exit_codes import DONE, FAILED, INTERRUPTED, MISSING_EXTRA, UNREADABLE
 from ttc_fast._extras import EXTRAS, install
 from ttc_fast._settings import ON_COMMAND_LINE, hint
 from ttc_fast.cli import bench, demo, doctor, node, replay
-from ttc_fast.cli.exits import DONE, EXIT_CODES, FAILED, INTERRUPTED, MISSING_EXTRA, UNREADABLE, CommandError
+from ttc_fast.cli.exits import EXIT_CODES, CommandError
 from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ttc_fast.cli.exits import FAILED, CommandError
+from ttc_fast._exit_codes import FAILED
+from ttc_fast.cli.exits import CommandError
 from ttc_fast.cli.options import positive_count
 
 if TYPE_CHECKING:

@@ -17,8 +17,10 @@ import numpy as np
 import ttc_fast
 from ttc_fast import _core, reference
 from ttc_fast._core import BUILD_PROFILE
+from ttc_fast._exit_codes import FAILED
 from ttc_fast._extras import CHECKOUT, DISTRIBUTIONS, EXTRAS, build_again
-from ttc_fast.cli.exits import FAILED, CommandError
+from ttc_fast.bench import SMALL_CAR
+from ttc_fast.cli.exits import CommandError
 
 if TYPE_CHECKING:
     import argparse
@@ -39,12 +41,6 @@ COMMON = ()
 RTOL = 1e-5
 """Sums, and what is computed in float32, may differ from the reference by rounding, which is far less."""
 
-SCANNER: dict[str, Any] = {
-    "range_min": 0.06,
-    "range_max": 30.0,
-    "mount": (0.27, 0.0, 0.0),
-    "outline": (-0.1, 0.4, -0.15, 0.15),
-}
 BEAMS, MATCHES, POINTS = 360, 40, 1000
 
 
@@ -129,7 +125,7 @@ def self_tests() -> dict[str, Answers]:
     ]
 
     def scanner(module: Any, **settings: Any) -> Any:
-        return module.ScanTTC(-0.75 * math.pi, 1.5 * math.pi / BEAMS, BEAMS, **SCANNER, **settings)
+        return module.ScanTTC(-0.75 * math.pi, 1.5 * math.pi / BEAMS, BEAMS, **SMALL_CAR, **settings)
 
     def beams(module: Any) -> Iterator[Any]:
         for scan in (scanner(module), scanner(module, minimum=ttc_fast.KthSmallest(3))):
@@ -137,7 +133,7 @@ def self_tests() -> dict[str, Answers]:
                 yield scan.min(precise, 3.0, 0.2), scan.nearest(precise[0], 3.0, 0.2), scan.per_beam(precise, 3.0, 0.2)
 
     def swept(module: Any) -> Any:
-        path, scan = module.SweptPath(SCANNER["outline"]), module.ScanSweptPath(scanner(module))
+        path, scan = module.SweptPath(SMALL_CAR["outline"]), module.ScanSweptPath(scanner(module))
         way = (
             path.min(cloud[:, :2], 3.0, 0.2),
             path.nearest(cloud[:, :2], 3.0, 0.2),

@@ -2,18 +2,6 @@
 
 from ttc_fast._exit_codes import DONE, FAILED, INTERRUPTED, MISSING_EXTRA, PARTIAL, UNREADABLE, USAGE
 
-__all__ = [
-    "DONE",
-    "EXIT_CODES",
-    "FAILED",
-    "INTERRUPTED",
-    "MISSING_EXTRA",
-    "PARTIAL",
-    "UNREADABLE",
-    "USAGE",
-    "CommandError",
-]
-
 EXIT_CODES = f"""\
 exit codes:
   {DONE}    done

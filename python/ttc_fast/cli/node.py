@@ -10,9 +10,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ttc_fast._exit_codes import MISSING_EXTRA, USAGE
 from ttc_fast._extras import install
 from ttc_fast._validate import shown
-from ttc_fast.cli.exits import MISSING_EXTRA, USAGE, CommandError
+from ttc_fast.cli.exits import CommandError
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.ros.files import read_parameters
 from ttc_fast.ros.settings import NodeSettings, parameters_of_node

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ttc_fast import _settings
+from ttc_fast._exit_codes import USAGE
 from ttc_fast._settings import Flag, Number, Numbers, Setting, Texts, flag_of, settings_of
 from ttc_fast.brake import BrakeSettings
-from ttc_fast.cli.exits import USAGE, CommandError
+from ttc_fast.cli.exits import CommandError
 from ttc_fast.configuration import CRITERIA, Configuration, ConfigurationError
 from ttc_fast.logs import LogOptions
 from ttc_fast.logs.raw_clouds import KITTI_LIDAR

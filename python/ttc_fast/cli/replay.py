@@ -11,8 +11,9 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
+from ttc_fast._exit_codes import DONE, FAILED, PARTIAL, UNREADABLE, USAGE
 from ttc_fast.cli import options
-from ttc_fast.cli.exits import DONE, FAILED, PARTIAL, UNREADABLE, USAGE, CommandError
+from ttc_fast.cli.exits import CommandError
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import FORMATS
 from ttc_fast.logs.raw_clouds import KITTI_LIDAR
@@ -213,11 +214,10 @@ def run_many(logs: list[Location], settings: Settings, arguments: argparse.Names
     spare_logs(logs, each_of(rows, logs))
     spare_logs(logs, each_of(arguments.mcap, logs), "--mcap")
     if arguments.again and not into_folder:
-        raise CommandError(USAGE, "--again says that what is done in the folder of --out is done anew: give a folder")
+        raise CommandError(USAGE, "--again needs --out to be a folder")
     if arguments.scheduler is not None and arguments.jobs is not None:
-        raise CommandError(
-            USAGE, "--jobs is for this machine: how many workers --scheduler has is said where they start"
-        )
+        problem = "--jobs cannot be combined with --scheduler: its workers are counted where they start"
+        raise CommandError(USAGE, problem)
     executor = None if arguments.scheduler is None else _connected(arguments.scheduler)
     try:
         with show_progress() as progress:

@@ -36,6 +36,8 @@ LISTS = ("timestamps.txt", "times.txt")
 LARGEST_LIST = 64_000_000  # characters
 UNITS = {10: 10**9, 13: 10**6, 16: 10**3, 19: 1}  # ns, by the number of digits of a time since 1970
 FIRST, LAST = 946_684_800 * 10**9, 4_102_444_800 * 10**9  # ns, 2000 and 2100
+SINCE_1970 = FIRST / 1e9
+"""Stamps from 2000 on are times since 1970, s."""
 BETWEEN = "_-. "
 SHORTEST_GAP = 100_000  # ns; a number that counts up by one is no stamp
 LONGEST_GAP = 2_000_000_000  # ns, between the frames of names that are nothing but decimal numbers

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ttc_fast._extras import install
 from ttc_fast.logs.log import ORIGINS, LogError
+from ttc_fast.logs.stamps import LISTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -36,7 +37,6 @@ PAUSES = (0.5, 1.0, 2.0, 4.0)
 PREFIX = "ttc-fast-scratch-"
 OBJECT_STORES = frozenset({"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "adl", "oci", "oss", "memory"})
 """Protocols of stores in which an object appears whole, when all of it has come."""
-LISTS_BESIDE = ("timestamps.txt", "times.txt")
 
 
 class StorageError(LogError):
@@ -79,7 +79,7 @@ def absolute(place: Location) -> Location:
 
 
 def found(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[Location]:
-    """Return places, with what matches in the stead of one that has ``*``, ``?`` or ``[`` and is not there itself.
+    """Return places, with what matches instead of one that has ``*``, ``?`` or ``[`` and is not there itself.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def size_and_time(place: Location) -> tuple[int, float]:
     """
     if isinstance(place, str):
         return _asked(place, _size_and_time)
-    lists = (place.parent / name for name in LISTS_BESIDE)
+    lists = (place.parent / name for name in LISTS)
     folder = [*place.iterdir(), *(each for each in lists if each.is_file())] if place.is_dir() else [place]
     stats = [each.stat() for each in folder if not each.is_dir()]
     return sum(each.st_size for each in stats), max((each.st_mtime for each in stats), default=0.0)
@@ -147,7 +147,7 @@ def _files(fs: Any, name: str) -> list[str]:
     if not fs.isdir(name):
         return [name]
     above = name.rstrip("/").rpartition("/")[0]
-    lists = [f"{above}/{each}" for each in LISTS_BESIDE]
+    lists = [f"{above}/{each}" for each in LISTS]
     inside = [each["name"] for each in fs.ls(name, detail=True) if each["type"] == "file"]
     return [*inside, *(each for each in lists if fs.exists(each))]
 

@@ -277,7 +277,7 @@ class Scheduler(Executor):
 
 
 def adapted(executor: Executor) -> Executor:
-    """Return the executor, or one that loses nothing in the stead of that of a Dask client."""
+    """Return the executor, or one that loses nothing instead of that of a Dask client."""
     client = getattr(executor, "_client", None)
     if client is None or not type(executor).__module__.startswith("distributed."):
         return executor

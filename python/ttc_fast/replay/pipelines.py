@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ttc_fast._core import ScanTTC, TrackedTTC
-    from ttc_fast.brake import Criterion, Decision
+    from ttc_fast.brake import Decision
     from ttc_fast.logs import CloudFrame, CloudLog, DistanceFrame, DistanceLog, Lidar, ScanFrame, ScanLog
     from ttc_fast.logs.log import Axes
     from ttc_fast.replay.settings import Settings
@@ -328,22 +328,20 @@ def assessed_row(number: int, stamp: float, speed: float, decision: Decision) ->
     return Row(
         number,
         stamp,
-        math.inf if nearest.status is Status.CLEAR else nearest.clearance,
-        nearest.closing_speed,
-        nearest.ttc,
-        nearest.status,
-        command,
-        reason,
-        math.nan,
-        math.nan,
-        math.nan,
-        math.nan,
-        speed,
-        threats.returns,
-        *_compared(criterion, decision),
-        nearest.index,
-        nearest.range,
-        nearest.angle,
+        distance=math.inf if nearest.status is Status.CLEAR else nearest.clearance,
+        closing_speed=nearest.closing_speed,
+        ttc=nearest.ttc,
+        status=nearest.status,
+        command=command,
+        reason=reason,
+        speed=speed,
+        valid=threats.returns,
+        criterion=criterion.name,
+        value=decision.value,
+        threshold=decision.threshold,
+        beam=nearest.index,
+        range=nearest.range,
+        angle=nearest.angle,
     )
 
 
@@ -355,36 +353,18 @@ def repeated_row(before: Row, number: int, stamp: float, speed: float, decision:
 
 def tracked_row(number: int, stamp: float, tracked: TrackedTTC, speed: float | None, decision: Decision) -> Row:
     """Return the row of a tracker's result, or of what is on the path where that comes first."""
-    path = None if decision.threats is None else decision.threats.path
-    first = path if path is not None and path.ttc < tracked.ttc else None
-    closing_low, closing_high = tracked.closing_speed_interval or NO_INTERVAL
-    ttc_low, ttc_high = tracked.ttc_interval or NO_INTERVAL
-    if first is not None:
-        closing_low, closing_high, ttc_low, ttc_high = *NO_INTERVAL, *NO_INTERVAL
-    return Row(
-        number,
-        stamp,
-        tracked.distance if first is None else first.clearance,
-        tracked.closing_speed if first is None else first.closing_speed,
-        tracked.ttc if first is None else first.ttc,
-        tracked.status if first is None else first.status,
-        decision.command,
-        decision.reason,
-        closing_low,
-        closing_high,
-        ttc_low,
-        ttc_high,
-        math.nan if speed is None else speed,
-        None,
-        *(("", math.nan, math.nan) if decision.criterion is None else _compared(decision.criterion, decision)),
-        -1 if path is None else path.index,
-        math.nan if path is None else path.range,
-        math.nan if path is None else path.angle,
-    )
-
-
-def _compared(criterion: Criterion, decision: Decision) -> tuple[str, float, float]:
-    return criterion.name, decision.value, decision.threshold
+    path, criterion = None if decision.threats is None else decision.threats.path, decision.criterion
+    decided: dict[str, Any] = {"command": decision.command, "reason": decision.reason}
+    decided["speed"] = math.nan if speed is None else speed
+    if criterion is not None:
+        decided |= {"criterion": criterion.name, "value": decision.value, "threshold": decision.threshold}
+    if path is not None:
+        decided |= {"beam": path.index, "range": path.range, "angle": path.angle}
+        if path.ttc < tracked.ttc:
+            return Row(number, stamp, path.clearance, path.closing_speed, path.ttc, path.status, **decided)
+    decided["closing_low"], decided["closing_high"] = tracked.closing_speed_interval or NO_INTERVAL
+    decided["ttc_low"], decided["ttc_high"] = tracked.ttc_interval or NO_INTERVAL
+    return Row(number, stamp, tracked.distance, tracked.closing_speed, tracked.ttc, tracked.status, **decided)
 
 
 def placement_of(said: Placement | None, mount: Any, axes: Axes, by_user: bool) -> Placement | None:

@@ -21,6 +21,7 @@ import numpy as np
 
 from ttc_fast import __version__
 from ttc_fast._extras import missing
+from ttc_fast.logs.stamps import SINCE_1970
 from ttc_fast.logs.storage import name_in
 from ttc_fast.plotting import VIEW, style
 from ttc_fast.plotting.birds_eye import draw_birds_eye
@@ -28,7 +29,6 @@ from ttc_fast.plotting.history import LONGEST, SHORTEST
 from ttc_fast.replay.key_frame import has_view, view_of
 from ttc_fast.replay.picture import history_of
 from ttc_fast.replay.replayed import Chapter
-from ttc_fast.replay.row import SINCE_1970
 from ttc_fast.replay.run import name_of
 
 if TYPE_CHECKING:

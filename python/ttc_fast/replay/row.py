@@ -95,8 +95,6 @@ class Row(NamedTuple):
     nearest: float = math.nan
 
 
-SINCE_1970 = 946_684_800.0
-"""Stamps from 2000 on are times since 1970, s."""
 TYPES = get_type_hints(Row)
 UNITS = {
     **dict.fromkeys(("stamp", "ttc", "ttc_low", "ttc_high"), "s"),

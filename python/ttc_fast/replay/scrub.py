@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from ttc_fast._extras import missing
 from ttc_fast.brake import Command
+from ttc_fast.logs.stamps import SINCE_1970
 from ttc_fast.replay.drawing import ALARM, CAUTION, INK, LINE, PALE, QUIET, URGENCY, shown
 from ttc_fast.replay.key_frame import has_view
-from ttc_fast.replay.row import SINCE_1970
 from ttc_fast.replay.run import name_of
 
 if TYPE_CHECKING:

@@ -66,12 +66,24 @@ class Summary:
 
     Attributes
     ----------
-    frames, with_known_ttc, brakes, warnings, invalid, unknown, isolated : int
-        Numbers of rows: all; with a TTC, or with nothing that comes closer; events of braking; that warn; of blind and
-        ignored frames; of the others, those in which it is not known what comes closer; isolated ones.
-    stale, resets : int
-        Number of gaps between frames that are longer than the brake waits, and of times that the clock of the log was
-        set back.
+    frames : int
+        Number of rows.
+    with_known_ttc : int
+        Number of rows with a TTC, or with nothing that comes closer.
+    brakes : int
+        Number of events of braking.
+    warnings : int
+        Number of rows that warn.
+    invalid : int
+        Number of rows of blind and ignored frames.
+    unknown : int
+        Number of other rows in which it is not known what comes closer.
+    isolated : int
+        Number of isolated rows.
+    stale : int
+        Number of gaps between frames that are longer than the brake waits.
+    resets : int
+        Number of times that the clock of the log was set back.
     longest_gap : float
         The longest of those gaps, s.
     judged : float
