@@ -30,9 +30,8 @@ from tests.support.cluster import Cluster, cluster_in
 from tests.support.fleet import contents, kill_worker, killing
 from tests.support.log_files import FILES
 from ttc_fast.configuration import Configuration
-from ttc_fast.replay import Settings, many, replay_many, sample
+from ttc_fast.replay import Files, Settings, many, replay_many, sample
 from ttc_fast.replay.executors import Scheduler
-from ttc_fast.replay.output import Files
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

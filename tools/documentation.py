@@ -73,8 +73,8 @@ PAGES = {
         "Logs and replay",
         "logs.open_log logs.ScanLog logs.CloudLog logs.DistanceLog logs.Log logs.ScanFrame logs.CloudFrame "
         "logs.DistanceFrame logs.Scanner logs.Lidar logs.LogOptions logs.LogError logs.forward_left_up logs.FORMATS "
-        "replay.Replay replay.replay_many replay.Replayed replay.Progress replay.Settings replay.Row replay.Summary "
-        "replay.Event replay.sample replay.to_pandas",
+        "replay.Replay replay.replay_many replay.Files replay.Replayed replay.Progress replay.Settings replay.Row "
+        "replay.Summary replay.Event replay.sample replay.to_pandas",
     ),
     "training": (
         "Training and comparison",

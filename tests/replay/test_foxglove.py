@@ -12,8 +12,8 @@ import pytest
 
 from tests.support.bags import BEGIN, Cloud, Scan, Static, drive, write
 from ttc_fast.cli import main
-from ttc_fast.replay import Replay, Row, Settings, sample
-from ttc_fast.replay.output import Files, play
+from ttc_fast.replay import Files, Replay, Row, Settings, sample
+from ttc_fast.replay.output import play
 from ttc_fast.replay.row import plain
 from ttc_fast.sensors.transforms import turn_of
 

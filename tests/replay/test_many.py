@@ -24,6 +24,7 @@ from ttc_fast.cli import main
 from ttc_fast.logs import LogError
 from ttc_fast.logs.storage import written_whole
 from ttc_fast.replay import (
+    Files,
     Progress,
     Replay,
     Replayed,
@@ -321,6 +322,16 @@ def test_what_is_written_is_whole_or_absent(tmp_path: Path) -> None:
 def test_jobs_are_for_this_machine(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", str(SCANS), "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"]) == 2
     assert "--jobs cannot be combined with --scheduler" in capsys.readouterr().err
+
+
+def test_each_log_has_files_of_its_own(tmp_path: Path) -> None:
+    replay_many([SCANS, CLOUDS], files=Files(rows=str(tmp_path / "rows.csv"), plot=tmp_path / "picture.png"), jobs=1)
+    written = [
+        f"{stem}-{log.name}{end}" for stem, end in (("picture", ".png"), ("rows", ".csv")) for log in (SCANS, CLOUDS)
+    ]
+    assert sorted(path.name for path in tmp_path.iterdir()) == written
+    with pytest.raises(TypeError, match=r"files must be Files, such as Files\(plot='drive.png'\), got 'rows.csv'"):
+        replay_many([SCANS], files="rows.csv")  # type: ignore[arg-type]
 
 
 def test_a_worker_of_another_version_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

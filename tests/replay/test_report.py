@@ -14,7 +14,7 @@ import pytest
 from tests.support.bags import drive, write
 from tests.support.browser import CHROMIUM, Page
 from ttc_fast.cli import main
-from ttc_fast.replay import Replay, replay_many, sample
+from ttc_fast.replay import Files, Replay, replay_many, sample
 
 pytest.importorskip("bokeh", reason="needs the extra report: pip install '.[report]', or make fleet")
 pytestmark = pytest.mark.filterwarnings("default")  # those of Bokeh
@@ -42,7 +42,7 @@ def several(tmp_path_factory: pytest.TempPathFactory) -> Path:
     damaged.write_bytes(bag.read_bytes()[: bag.stat().st_size // 2])
     (folder / "empty.bag").touch()
     report = folder / "out" / "report.html"
-    replay_many([*logs, damaged, folder / "empty.bag"], report=report, jobs=1)
+    replay_many([*logs, damaged, folder / "empty.bag"], files=Files(report=report), jobs=1)
     assert list(report.parent.iterdir()) == [report]
     return report
 
@@ -168,8 +168,9 @@ def test_a_report_that_makes_no_sense_or_cannot_be_written(tmp_path: Path, capsy
 
 def test_what_an_earlier_run_did_is_in_the_report_without_its_frames(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
+    files = Files(report=tmp_path / "report.html")
     for _ in range(2):
-        (result,) = replay_many([sample("clouds")], out=tmp_path / "out", report=tmp_path / "report.html", jobs=1)
+        (result,) = replay_many([sample("clouds")], files=files, out=tmp_path / "out", jobs=1)
     assert result.skipped
     (data,) = data_of(tmp_path / "report.html")
     assert "An earlier run replayed this log" in data["without"]

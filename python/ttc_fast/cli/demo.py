@@ -47,8 +47,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Replay, print, draw."""
     import matplotlib  # noqa: F401 - if it is missing, that is said before the table is printed
 
-    from ttc_fast.replay import sample
-    from ttc_fast.replay.output import Files
+    from ttc_fast.replay import Files, sample
     from ttc_fast.replay.run import SAMPLES, name_of
     from ttc_fast.replay.terminal import line, open_console
 

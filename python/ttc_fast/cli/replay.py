@@ -6,10 +6,11 @@ workers of a Dask scheduler, and end in a table with a line each.
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ttc_fast._exit_codes import DONE, FAILED, PARTIAL, UNREADABLE, USAGE
 from ttc_fast.cli import options
@@ -25,8 +26,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from ttc_fast.replay import Replay, Replayed, Settings
-    from ttc_fast.replay.output import Files
+    from ttc_fast.replay import Files, Replay, Replayed, Settings
     from ttc_fast.replay.replayed import Chapter
 
 SUMMARY = "replay logs through the brake: when would it have braked, and why"
@@ -95,8 +95,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Replay one log or several."""
-    from ttc_fast.replay import Replayed
-    from ttc_fast.replay.output import Files
+    from ttc_fast.replay import Files, Replayed
     from ttc_fast.replay.replayed import exit_code_of
     from ttc_fast.replay.terminal import open_console
 
@@ -106,7 +105,16 @@ def run(arguments: argparse.Namespace) -> None:
     logs = found(arguments.paths)
     spare_logs(logs, [arguments.summary], "--summary")
     if len(logs) > 1 or into_folder or arguments.scheduler is not None:
-        run_many(logs, settings, arguments, into_folder=into_folder)
+        out, files = (files.rows, files._replace(rows=None)) if into_folder else (None, files)
+        if arguments.again and not into_folder:
+            raise CommandError(USAGE, "--again needs --out to be a folder")
+        if arguments.scheduler is not None and arguments.jobs is not None:
+            problem = "--jobs cannot be combined with --scheduler: its workers are counted where they start"
+            raise CommandError(USAGE, problem)
+        how = {"out": out, "again": arguments.again, "jobs": arguments.jobs}
+        results = run_many(logs, settings, files, arguments.scheduler, **how)
+        _write_about(results, arguments.summary, None)
+        check_many(results)
         return
     spare_logs(logs, [arguments.out])
     spare_logs(logs, [arguments.mcap], "--mcap")
@@ -204,44 +212,27 @@ def spare_logs(logs: list[Location], outs: list[Location | None], option: str = 
             raise CommandError(USAGE, f"{out}: is a log that is to be replayed; choose another {option}")
 
 
-def run_many(logs: list[Location], settings: Settings, arguments: argparse.Namespace, *, into_folder: bool) -> None:
-    """Replay several logs, and print a line for each."""
+def run_many(
+    logs: list[Location], settings: Settings, files: Files, scheduler: str | None, **how: Any
+) -> list[Replayed]:
+    """Replay several logs, here or on the workers of a scheduler, and print a line for each."""
     from ttc_fast.replay import replay_many
     from ttc_fast.replay.output import OutputError, each_of
     from ttc_fast.replay.terminal import open_console, print_summaries, show_progress
 
-    rows, out = (None, arguments.out) if into_folder else (arguments.out, None)
-    spare_logs(logs, each_of(rows, logs))
-    spare_logs(logs, each_of(arguments.mcap, logs), "--mcap")
-    if arguments.again and not into_folder:
-        raise CommandError(USAGE, "--again needs --out to be a folder")
-    if arguments.scheduler is not None and arguments.jobs is not None:
-        problem = "--jobs cannot be combined with --scheduler: its workers are counted where they start"
-        raise CommandError(USAGE, problem)
-    executor = None if arguments.scheduler is None else _connected(arguments.scheduler)
+    spare_logs(logs, each_of(files.rows, logs))
+    spare_logs(logs, each_of(files.mcap, logs), "--mcap")
     try:
-        with show_progress() as progress:
-            results = replay_many(
-                logs,
-                settings,
-                executor=executor,
-                jobs=arguments.jobs,
-                out=out,
-                again=arguments.again,
-                rows=rows,
-                plot=arguments.plot,
-                rerun=arguments.rerun,
-                mcap=arguments.mcap,
-                report=arguments.report,
-                progress=progress,
-            )
+        with nullcontext() if scheduler is None else _connected(scheduler) as executor, show_progress() as progress:
+            results = replay_many(logs, settings, files=files, executor=executor, progress=progress, **how)
     except OutputError as error:
         raise CommandError(FAILED, str(error)) from error
-    finally:
-        if executor is not None:
-            executor.shutdown()
     print_summaries([each.summary for each in results], open_console())
-    _write_about(results, arguments.summary, None)
+    return results
+
+
+def check_many(results: list[Replayed]) -> None:
+    """Raise if one of several logs failed, or could not be read whole."""
     failed = [each for each in results if each.exit_code == FAILED]
     if failed:
         problem = f"of {len(results)} logs {len(failed)} failed, such as {failed[0].summary.lost}"

@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from ttc_fast import __version__
 from ttc_fast._exit_codes import DONE, FAILED, INTERRUPTED, UNREADABLE, USAGE
 from ttc_fast._settings import ON_COMMAND_LINE
+from ttc_fast._validate import shown
 from ttc_fast.configuration import ConfigurationError
 from ttc_fast.logs import LogError
 from ttc_fast.logs.log import UselessOptionError
@@ -135,15 +136,11 @@ def replay_many(
     paths: str | PathLike[str] | Iterable[str | PathLike[str]],
     settings: Settings | None = None,
     *,
-    executor: Executor | None = None,
-    jobs: int | None = None,
+    files: Files | None = None,
     out: str | PathLike[str] | None = None,
     again: bool = False,
-    rows: str | PathLike[str] | None = None,
-    plot: str | PathLike[str] | None = None,
-    rerun: str | PathLike[str] | None = None,
-    mcap: str | PathLike[str] | None = None,
-    report: str | PathLike[str] | None = None,
+    executor: Executor | None = None,
+    jobs: int | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> list[Replayed]:
     """Replay many logs, and lose none: each has a result, also where it cannot be read or its worker is killed.
@@ -154,23 +151,19 @@ def replay_many(
         The logs. Each is a path, or a URL of fsspec (extra ``fleet``); ``*``, ``?`` and ``[`` match in both.
     settings : Settings, optional
         The settings of all logs. Several logs ignore the options that they have no use for (``ignore_useless``).
-    executor : concurrent.futures.Executor, optional
-        What replays them, such as ``client.get_executor()`` of a Dask client; by default processes of this machine.
-    jobs : int, optional
-        How many processes of this machine there are; by default one for each core. An executor has its own number.
-        One log, or any number with ``jobs=1``, is replayed in this process.
+    files : Files, optional
+        The files that are written: rows, pictures and recordings of each log, and a report of all.
     out : path, optional
         A folder or URL for the results as Parquet: ``rows/`` has a part for each log, ``logs.parquet`` a line for each
         (extra ``parquet``). A log that is given twice is replayed once. A log whose part is there already, made with
         the same version and settings when its size and time were the same, is not replayed again.
     again : bool
         Replay those as well.
-    rows, plot, rerun, mcap : path, optional
-        A file of rows (.csv, .jsonl, .parquet), a picture (.png, .svg), a recording for Rerun (.rrd) and one for
-        Foxglove (.mcap) for each log, with the name of the log behind the name that is given. A log that is left out
-        gets none.
-    report : path, optional
-        A report of all logs (.html, extra ``report``), which holds in memory what it shows: some 100 kB a log.
+    executor : concurrent.futures.Executor, optional
+        What replays them, such as ``client.get_executor()`` of a Dask client; by default processes of this machine.
+    jobs : int, optional
+        How many processes of this machine there are; by default one for each core. An executor has its own number.
+        One log, or any number with ``jobs=1``, is replayed in this process.
     progress : function, optional
         It is called with a ``Progress`` once in a while.
 
@@ -199,17 +192,19 @@ def replay_many(
     [(129, 1, 0), (12, 1, 0)]
     """
     settings = Settings() if settings is None else settings
+    files = Files() if files is None else files
+    if not isinstance(files, Files):
+        raise TypeError(f"files must be Files, such as Files(plot='drive.png'), got {shown(files)}")
     logs = found(paths)
     settings = replace(settings, ignore_useless=settings.ignore_useless or len(logs) > 1)
     if executor is not None:
         runs: Executor = adapted(executor)
     else:
         runs = ThisProcess() if len(logs) == 1 or jobs == 1 else Processes(jobs)
-    files = [None if each is None else located(each) for each in (rows, plot, rerun, mcap)]
-    whole = None if report is None else located(report)
+    apart = [None if each is None else located(each) for each in files[:-1]]
     if executor is not None or out is not None:  # workers may be in another folder, and a later run as well
-        logs, files = [absolute(each) for each in logs], [each and absolute(each) for each in files]
-    for each in files:
+        logs, apart = [absolute(each) for each in logs], [each and absolute(each) for each in apart]
+    for each in apart:
         if isinstance(each, Path):
             prepare_folder(each.parent, each)
     dataset = None
@@ -217,10 +212,10 @@ def replay_many(
         logs = list(dict.fromkeys(logs))
         dataset = Dataset(absolute(located(out)), uuid.uuid4().hex[:8])
         dataset.begin()
-    of_each = map(Files, *(each_of(each, logs) for each in files))
+    of_each = map(Files, *(each_of(each, logs) for each in apart))
     typed = ON_COMMAND_LINE.get()
     tasks = [
-        Task(number, log, each._replace(report=whole), settings, dataset, again, typed)
+        Task(number, log, each._replace(report=files.report), settings, dataset, again, typed)
         for number, (log, each) in enumerate(zip(logs, of_each, strict=True))
     ]
     run = _Run(tasks, runs, progress)
@@ -234,7 +229,7 @@ def replay_many(
         if dataset is not None:
             dataset.end(run.in_order())
     results = run.in_order()
-    report_on(results, whole)
+    report_on(results, files.report)
     return results
 
 

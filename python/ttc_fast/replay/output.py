@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ttc_fast.logs import LogError
-from ttc_fast.logs.storage import Location, is_url, join, name_in, written_whole
+from ttc_fast.logs.storage import Location, join, located, name_in, written_whole
 from ttc_fast.replay.row import WRITERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
+    from os import PathLike
 
     from ttc_fast.replay.replayed import Chapter, Replayed
     from ttc_fast.replay.row import Row, Writer
@@ -25,33 +26,42 @@ class OutputError(Exception):
     """Something cannot be written: what, why, and what to do."""
 
 
-def suffix_of(place: Location) -> str:
+def suffix_of(place: str | PathLike[str]) -> str:
     """Return the ending of a name, in lower case."""
-    return Path(name_in(place)).suffix.lower()
+    return Path(name_in(located(place))).suffix.lower()
 
 
 class Files(NamedTuple):
-    """What is to be written of a log; None is not.
+    """The files that are written of one log or of many, each a path or a URL; None is not written.
+
+    Of several logs, each has a file of its own, with the name of the log behind the name that is given; only the report
+    is one for all.
 
     Attributes
     ----------
-    rows : Location or None
+    rows : path or None
         The file of rows: .csv, .jsonl or .parquet.
-    plot : Location or None
-        The picture: .png or .svg.
-    rerun : Location or None
-        The recording for Rerun: .rrd.
-    mcap : Location or None
-        The recording for Foxglove: .mcap.
-    report : Location or None
-        The report, .html, of all logs. ``play`` returns the chapter for it.
+    plot : path or None
+        The picture: .png or .svg. A log that is left out gets none.
+    rerun : path or None
+        The recording for Rerun: .rrd (extra ``rerun``).
+    mcap : path or None
+        The recording for Foxglove: .mcap (extra ``foxglove``).
+    report : path or None
+        The report of all logs: .html (extra ``report``). It holds in memory what it shows, some 100 kB a log.
+
+    Examples
+    --------
+    >>> from ttc_fast.replay import Files
+    >>> Files(rows="rows.csv", report="report.html").plot is None
+    True
     """
 
-    rows: Location | None = None
-    plot: Location | None = None
-    rerun: Location | None = None
-    mcap: Location | None = None
-    report: Location | None = None
+    rows: str | PathLike[str] | None = None
+    plot: str | PathLike[str] | None = None
+    rerun: str | PathLike[str] | None = None
+    mcap: str | PathLike[str] | None = None
+    report: str | PathLike[str] | None = None
 
 
 def play(replay: Replay, rows: Iterable[Row], files: Files) -> Chapter | None:
@@ -108,7 +118,7 @@ def play(replay: Replay, rows: Iterable[Row], files: Files) -> Chapter | None:
     return None if pictures is None else pictures.chapter()
 
 
-def report_on(results: Sequence[Replayed], place: Location | None) -> None:
+def report_on(results: Sequence[Replayed], place: str | PathLike[str] | None) -> None:
     """Write the report of some logs, if one is to be written."""
     if place is not None:
         from ttc_fast.replay.report import write_report
@@ -125,8 +135,9 @@ def through(rows: Iterable[Row], writer: Writer) -> Iterator[Row]:
 
 
 @contextmanager
-def writing(place: Location, how: str, *, whole: bool = False) -> Iterator[Path]:
+def writing(path: str | PathLike[str], how: str, *, whole: bool = False) -> Iterator[Path]:
     """Yield the path to write to. What goes to a URL is there when it is whole, as anything is with ``whole``."""
+    place = located(path)
     folder = place.parent if isinstance(place, Path) else place.rpartition("/")[0]
     try:
         if isinstance(folder, Path):
@@ -164,11 +175,12 @@ def prepare_folder(folder: Path, place: Path) -> None:
         raise OutputError(f"cannot write {place}: {error.strerror or error}; choose another --out") from error
 
 
-def each_of(file: Location | None, logs: Sequence[Location]) -> list[Location | None]:
+def each_of(path: str | PathLike[str] | None, logs: Sequence[Location]) -> list[Location | None]:
     """Return a file for each log: its name has that of the log behind the name that was given."""
-    if file is None:
+    if path is None:
         return [None] * len(logs)
-    given = Path(name_in(file)) if is_url(file) else Path(file)
+    file = located(path)
+    given = Path(name_in(file)) if isinstance(file, str) else file
     named: dict[str, None] = {}
     for log in logs:
         stem = f"{given.stem}-{name_in(log)}"
