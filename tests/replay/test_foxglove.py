@@ -191,6 +191,28 @@ def test_a_name_that_is_no_recording_or_the_log_itself_is_refused(
     assert log.read_bytes() == before
 
 
+def test_a_log_without_frames_leaves_no_recording(tmp_path: Path) -> None:
+    table, file = tmp_path / "none.csv", tmp_path / "none.mcap"
+    table.write_text("stamp,distance\n")
+    assert main(["replay", str(table), "--mcap", str(file)]) == 3
+    assert main(["replay", str(table), str(sample("scans")), "--jobs", "1", "--mcap", str(file)]) == 5
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["none-approach.npz.mcap", "none.csv"]
+
+
+@pytest.mark.parametrize("begin", ["1e10", "1e16", "-1e300"])
+def test_stamps_beyond_the_times_of_a_recording_are_named(
+    begin: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table, file = tmp_path / "late.csv", tmp_path / "late.mcap"
+    table.write_text(
+        f"stamp,distance\n0,20\n{begin},19\n" if begin[0] != "-" else f"stamp,distance\n{begin},20\n0,19\n"
+    )
+    assert main(["replay", str(table), "--mcap", str(file)]) == 2
+    said = "s, and a recording has times of at most 9.2e+09 s; leave the recording out"
+    assert f"is at {float(begin):g} {said}" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [table]
+
+
 @pytest.mark.parametrize("name", ["scans", "clouds"])
 def test_rerun_which_has_a_reader_of_its_own_finds_nothing_wrong(name: str, tmp_path: Path) -> None:
     pytest.importorskip("rerun_cli", reason="needs the extra rerun: pip install '.[rerun]', or make fleet")

@@ -175,3 +175,18 @@ def test_what_an_earlier_run_did_is_in_the_report_without_its_frames(tmp_path: P
     (data,) = data_of(tmp_path / "report.html")
     assert "An earlier run replayed this log" in data["without"]
     assert "EstimateThreshold" in (tmp_path / "report.html").read_text("utf-8")
+
+
+def test_the_times_of_a_log_are_the_same_where_an_earlier_run_did_it(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    table, files = tmp_path / "since_1970.csv", Files(report=tmp_path / "report.html")
+    table.write_text("stamp,distance\n" + "".join(f"{1.7e9 + i / 10:.1f},{30 - i / 2}\n" for i in range(50)))
+    tables = []
+    for skipped in (False, True):
+        (result,) = replay_many([table], files=files, out=tmp_path / "out", jobs=1)
+        assert result.skipped is skipped
+        assert len(result.summary.events) > 0
+        tables.append(re.findall("<tr data-log.*?</tr>", files.report.read_text("utf-8")))  # type: ignore[union-attr]
+    replayed, left_out = tables
+    assert replayed[0] == left_out[0]
+    assert 'data-at="0.' not in replayed[0]

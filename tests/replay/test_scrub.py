@@ -45,6 +45,16 @@ def test_a_table_of_distances_and_a_bag_with_times_since_1970_can_be_recorded(tm
     assert "/vehicle/seen" in checked(tmp_path / f"of-{bag.name}.rrd")
 
 
+def test_no_frames_and_stamps_that_no_recording_can_have(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table, file = tmp_path / "gaps.csv", tmp_path / "gaps.rrd"
+    table.write_text("stamp,distance\n")
+    assert main(["replay", str(table), "--rerun", str(file)]) == 3
+    assert not file.exists()
+    table.write_text("stamp,distance\n0,20\n1e15,19\n")
+    assert main(["replay", str(table), "--rerun", str(file)]) == 2
+    assert "frame 1 is at 1e+15 s, and a recording has times of at most 9.2e+09 s" in capsys.readouterr().err
+
+
 def test_the_ways_of_the_corners_end_where_the_motion_leads() -> None:
     from ttc_fast.replay.drawing import swept
 

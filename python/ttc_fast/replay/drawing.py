@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ttc_fast.brake import Command
+from ttc_fast.configuration import ConfigurationError
 from ttc_fast.plotting import style as look
 from ttc_fast.plotting.birds_eye import moved
 from ttc_fast.replay.key_frame import has_view, view_of
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
 STEPS = 24
 FARTHEST_GATE = 100.0
 """A gate is drawn this far at most, m."""
+LATEST = 9.2e9
+"""A recording has times up to here, s: they are ns in 64 bits."""
 
 
 def _rgb(colour: str) -> Colour:
@@ -74,11 +77,14 @@ class Drawing(NamedTuple):
 def shown(replay: Replay, rows: Iterable[Row]) -> Iterator[tuple[Row, Drawing | None, str]]:
     """Yield each row with its drawing, and with its decision in words where that is another one than before.
 
-    A table of distances has no drawings.
+    A table of distances has no drawings. ``ConfigurationError`` is raised for a stamp that no recording can have.
     """
     seen = has_view(replay)
     before = None
     for row in rows:
+        if abs(row.stamp) > LATEST:
+            latest = f"a recording has times of at most {LATEST:g} s"
+            raise ConfigurationError(f"frame {row.frame} is at {row.stamp:g} s, and {latest}; leave the recording out")
         said = row.command, row.reason
         yield row, drawing_of(replay, row) if seen else None, "" if said == before else in_words(row)
         before = said

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ttc_fast.logs import LogError
-from ttc_fast.logs.storage import Location, join, located, name_in, written_whole
+from ttc_fast.logs.storage import Location, join, located, name_in, remove, written_whole
 from ttc_fast.replay.row import WRITERS
 
 if TYPE_CHECKING:
@@ -110,6 +110,10 @@ def play(replay: Replay, rows: Iterable[Row], files: Files) -> Chapter | None:
         with suppress(LogError):  # the summary says it
             for _ in rows:
                 pass
+    if not replay.summary.frames:  # a recording of nothing is none
+        for path in (files.rerun, files.mcap):
+            if path is not None:
+                remove(located(path))
     if files.plot is not None and replay.summary.frames:
         from ttc_fast.replay.picture import save
 

@@ -245,11 +245,8 @@ def _why_nothing(result: Replayed) -> str:
 
 def _begin(result: Replayed) -> float:
     """Return what the times of a log count from: its first frame, where its stamps are times since 1970."""
-    if result.chapter is not None:
-        first = float(result.chapter.history.stamps[0])
-    else:
-        first = result.summary.events[0].begin.stamp if result.summary.events else 0.0
-    return first if first >= SINCE_1970 else 0.0
+    begin = result.summary.begin
+    return begin if begin >= SINCE_1970 else 0.0
 
 
 # Tables

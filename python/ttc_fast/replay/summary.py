@@ -80,6 +80,8 @@ class Summary:
         Number of other rows in which it is not known what comes closer.
     isolated : int
         Number of isolated rows.
+    begin : float
+        Stamp of the first row, s; NaN without rows.
     stale : int
         Number of gaps between frames that are longer than the brake waits.
     resets : int
@@ -134,6 +136,7 @@ class Summary:
         self.path, self.threshold, self.longest = path, threshold, longest
         self.frames = self.brakes = self.warnings = self.invalid = self.unknown = 0
         self.with_known_ttc = self.isolated = self.stale = self.resets = 0
+        self.begin = math.nan
         self.longest_gap = self.duration = self.judged = self.exposed = self.integrated = 0.0
         self.least: Row | None = None
         self.least_isolated: Row | None = None
@@ -157,6 +160,8 @@ class Summary:
         self.frames += 1
         before, last = self._before, self._last
         self._before, self._last = last, row
+        if self.frames == 1:
+            self.begin = row.stamp
         key_frame = None if last is None else self._measure(before, last, row)
         if row.status in UNSEEN:
             self.invalid += 1
