@@ -145,44 +145,27 @@ def _ahead(result: Any, ahead: float | None) -> float:
 
 def _title(result: Any) -> str:
     """Return what an answer says, in one line; of a decision in two."""
-    if isinstance(result, Decision):
-        head = f"{result.command.name} ({result.reason.name})"
-        return head if result.threat is None else f"{head}\n{_collision(result.threat, result.threat.clearance)}"
+    from ttc_fast.plotting.birds_eye import collision
+
     if isinstance(result, MinX):
         return f"{result.detection.name}: {result.x:.2f} m, nearest {result.nearest_x:.2f} m"
-    distance = result.clearance if hasattr(result, "clearance") else result.distance
-    return f"{result.status.name}: {_collision(result, distance)}"
-
-
-def _collision(threat: Any, distance: float) -> str:
-    within = f"{threat.ttc:.2f} s to collision" if math.isfinite(threat.ttc) else "no collision known"
-    return f"{within}, {distance:.2f} m, closing at {threat.closing_speed:.2f} m/s"
+    if not isinstance(result, Decision):
+        distance = result.clearance if hasattr(result, "clearance") else result.distance
+        return f"{result.status.name}: {collision(result.ttc, distance, result.closing_speed)}"
+    head, threat = f"{result.command.name} ({result.reason.name})", result.threat
+    return head if threat is None else f"{head}\n{collision(threat.ttc, threat.clearance, threat.closing_speed)}"
 
 
 def _of_scan(result: Any, ranges: Any, scan: ScanTTC, motion: Motion | None, ahead: float) -> View:
-    from ttc_fast.plotting.birds_eye import View, placed, seen_by
+    from ttc_fast.plotting.birds_eye import view_of_scan
 
-    moves = Motion(0.0) if motion is None else motion
-    points, seen, threatening = seen_by(scan, ranges, moves.speed, moves.yaw_rate, ahead)
+    moves = (0.0, 0.0) if motion is None else (motion.speed, motion.yaw_rate)
     found: Any = result.threat if isinstance(result, Decision) else result
-    index = -1 if found is None else found.index if isinstance(result, Decision) else found.beam
-    at = None
-    if index >= 0:
-        x, y = placed(scan.mount, np.array([found.angle]), np.array([found.range]))[0]
-        at = float(x), float(y)
-        threatening[index] |= found.ttc < ahead  # where the motion is not given
-    path = (moves.speed, moves.yaw_rate, ahead)
-    return View(
-        _title(result),
-        points,
-        threatening[seen],
-        f"contact within {ahead:g} s",
-        at,
-        "nearest in time",
-        scan.mount[:2],
-        scan.outline,
-        path,
-    )
+    nearest = (-1, math.nan, math.nan, math.inf)
+    if found is not None:
+        beam = found.index if isinstance(result, Decision) else found.beam
+        nearest = (beam, found.angle, found.range, found.ttc)
+    return view_of_scan(_title(result), scan, ranges, moves, ahead, nearest)
 
 
 def _of_points(result: Any, points: Any, outline: Box | None, motion: Motion | None, ahead: float) -> View:

@@ -139,23 +139,42 @@ def moved(outline: Box, speed: float, yaw_rate: float, times: NDArray[np.float64
     return np.stack([x, y], axis=-1)
 
 
-def seen_by(
-    scan: ScanTTC, ranges: Any, speed: float, yaw_rate: float, ahead: float
-) -> tuple[NDArray[Any], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the readings of a scan as points, which beams these are, and which beams have a TTC below ``ahead``.
+def collision(ttc: float, distance: float, closing_speed: float) -> str:
+    """Return when and where something is hit, for a title."""
+    within = f"{ttc:.2f} s to collision" if math.isfinite(ttc) else "no collision known"
+    return f"{within}, {distance:.2f} m, closing at {closing_speed:.2f} m/s"
 
-    The TTC is that of the swept path where the scanner has an outline.
+
+def view_of_scan(
+    title: str,
+    scan: ScanTTC,
+    ranges: Any,
+    motion: tuple[float, float],
+    ahead: float,
+    nearest: tuple[int, float, float, float],
+) -> View:
+    """Return the view of a scan: its readings as points, of which those with a TTC below ``ahead`` threaten.
+
+    The TTC is that of the swept path where the scanner has an outline. ``motion`` is speed and yaw rate. ``nearest`` is
+    the beam that decides, -1 without one, with its angle, range and TTC.
     """
     kernel = scan if scan.outline is None else ScanSweptPath(scan)
-    threatening: NDArray[np.bool_] = np.asarray(kernel.per_beam(ranges, speed, yaw_rate)) < ahead
+    threatening: NDArray[np.bool_] = np.asarray(kernel.per_beam(ranges, *motion)) < ahead
     status = np.empty(scan.beams, np.uint8)
-    scan.per_beam(ranges, speed, yaw_rate, status_out=status)
+    scan.per_beam(ranges, *motion, status_out=status)
     ranges = np.asarray(ranges, float)
     seen = np.isfinite(ranges) & np.isin(status, (Status.NOT_CLOSING, Status.CLOSING, Status.CONTACT))
-    return placed(scan.mount, scan.angles[seen], ranges[seen]), seen, threatening
+    at, (beam, angle, distance, ttc) = None, nearest
+    if beam >= 0:
+        ((x, y),) = _placed(scan.mount, np.array([angle]), np.array([distance])).tolist()
+        at = x, y
+        threatening[beam] |= ttc < ahead  # where the motion is not given, the range rate tells it
+    points = _placed(scan.mount, scan.angles[seen], ranges[seen])
+    said = f"contact within {ahead:g} s", at, "nearest in time"
+    return View(title, points, threatening[seen], *said, scan.mount[:2], scan.outline, (*motion, ahead))
 
 
-def placed(mount: Any, angles: NDArray[Any], ranges: NDArray[Any]) -> NDArray[Any]:
+def _placed(mount: Any, angles: NDArray[Any], ranges: NDArray[Any]) -> NDArray[Any]:
     """Return x and y in the vehicle frame of what a sensor sees at these angles and ranges."""
     x, y, yaw = mount
     return np.column_stack([x + ranges * np.cos(angles + yaw), y + ranges * np.sin(angles + yaw)])
