@@ -5,6 +5,10 @@ import json
 import os
 import re
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +16,38 @@ import numpy as np
 import pytest
 
 from tests.support.bags import drive, write
-from tests.support.browser import CHROMIUM, Page
 from ttc_fast.cli import main
 from ttc_fast.replay import Files, Replay, replay_many, sample
 
 pytest.importorskip("bokeh", reason="needs the extra report: pip install '.[report]', or make fleet")
 pytestmark = pytest.mark.filterwarnings("default")  # those of Bokeh
-in_browser = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: apt-get install chromium")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+in_browser = pytest.mark.skipif(
+    CHROMIUM is None or find_spec("playwright") is None, reason="needs Chromium, and playwright: make fleet"
+)
 MOST_BYTES = 5_000_000
 READY = """new Promise(done => {
   const look = () => document.querySelector("tr.chosen") ? setTimeout(done, 200) : setTimeout(look, 20); look(); })"""
+
+
+@contextmanager
+def opened(report: Path) -> Iterator[tuple[Any, list[str]]]:
+    """Yield a report in a browser without a screen, and what is worse than an information: it must be empty."""
+    problems: list[str] = []
+
+    def note(problem: str, is_one: bool = True) -> None:
+        problems.extend([problem] * is_one)
+
+    with import_module("playwright.sync_api").sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1600, "height": 1000})
+        page.on("console", lambda said: note(said.text, said.type in ("error", "warning", "assert")))
+        page.on("pageerror", lambda error: note(str(error)))
+        page.on("request", lambda asked: note(asked.url, not asked.url.startswith(("file:", "data:", "blob:"))))
+        page.goto(report.as_uri())
+        page.evaluate(READY)
+        yield page, problems
+        browser.close()
 
 
 def data_of(report: Path) -> list[dict[str, Any]]:
@@ -64,23 +90,22 @@ def test_ten_logs_are_below_five_megabytes_and_hold_the_rows(several: Path) -> N
 
 @in_browser
 def test_tables_sort_and_a_click_shows_the_frame(several: Path, tmp_path: Path) -> None:
-    with Page(several) as page:
-        page.ask(READY)
+    with opened(several) as (page, problems):
         events = "[...document.querySelectorAll('table')[0].tBodies[0].rows]"
-        count = page.ask(f"{events}.length")
+        count = page.evaluate(f"{events}.length")
         assert count >= 9
-        assert page.ask("document.querySelectorAll('table')[1].tBodies[0].rows.length") == 10
-        assert "<b>damaged & cut.bag" in page.ask("document.body.innerText")
+        assert page.evaluate("document.querySelectorAll('table')[1].tBodies[0].rows.length") == 10
+        assert "<b>damaged & cut.bag" in page.evaluate("document.body.innerText")
         for heading in range(11):
             for name, sign in (("ascending", 1), ("descending", -1)):
-                page.ask(f"document.querySelectorAll('table')[0].tHead.rows[0].cells[{heading}].click()")
-                assert page.ask(f"document.querySelectorAll('th')[{heading}].ariaSort") == name
+                page.evaluate(f"document.querySelectorAll('table')[0].tHead.rows[0].cells[{heading}].click()")
+                assert page.evaluate(f"document.querySelectorAll('th')[{heading}].ariaSort") == name
                 column = f"{events}.map(row => row.cells[{heading}])"
                 if heading < 3:
-                    texts = page.ask(f"{column}.map(cell => cell.textContent)")
+                    texts = page.evaluate(f"{column}.map(cell => cell.textContent)")
                     assert texts == sorted(texts, reverse=sign < 0)
                     continue
-                numbers = np.array(page.ask(f"{column}.map(cell => cell.dataset.value)"), float)
+                numbers = np.array(page.evaluate(f"{column}.map(cell => cell.dataset.value)"), float)
                 assert len(numbers) == count
                 known = numbers[~np.isnan(numbers)]
                 assert np.isnan(numbers[len(known) :]).all()  # what is not known comes last
@@ -88,24 +113,24 @@ def test_tables_sort_and_a_click_shows_the_frame(several: Path, tmp_path: Path) 
                     assert not (sign * np.diff(known) < 0).any()
         shown = set()
         for i in range(count):
-            page.ask(f"{events}[{i}].click()")
-            page.ask("document.querySelector('#frame img')?.decode()")
-            assert page.ask(f"{events}[{i}].className") == "chosen"
-            assert page.ask("document.querySelectorAll('tr.chosen').length") == 1
-            if page.ask("!!document.querySelector('#frame img')"):
-                assert page.ask("document.querySelector('#frame img').naturalWidth") == 480
-                assert page.ask("document.querySelector('#frame img').alt") == page.ask(
+            page.evaluate(f"{events}[{i}].click()")
+            page.evaluate("document.querySelector('#frame img')?.decode()")
+            assert page.evaluate(f"{events}[{i}].className") == "chosen"
+            assert page.evaluate("document.querySelectorAll('tr.chosen').length") == 1
+            if page.evaluate("!!document.querySelector('#frame img')"):
+                assert page.evaluate("document.querySelector('#frame img').naturalWidth") == 480
+                assert page.evaluate("document.querySelector('#frame img').alt") == page.evaluate(
                     f"'frame ' + {events}[{i}].dataset.frame"
                 )
-                shown.add(page.ask("document.querySelector('#frame img').src"))
-            assert page.ask("model('chosen').data.x[0]") == pytest.approx(
-                float(page.ask(f"{events}[{i}].dataset.at")), abs=1e-5
+                shown.add(page.evaluate("document.querySelector('#frame img').src"))
+            assert page.evaluate("model('chosen').data.x[0]") == pytest.approx(
+                float(page.evaluate(f"{events}[{i}].dataset.at")), abs=1e-5
             )
         assert len(shown) >= 3
-        page.ask("document.querySelectorAll('table')[1].tBodies[0].rows[9].click()")
-        assert "empty.bag" in page.ask("document.querySelector('#frame').innerText")
-        page.screenshot(tmp_path / "page.png")
-        assert page.problems == []
+        page.evaluate("document.querySelectorAll('table')[1].tBodies[0].rows[9].click()")
+        assert "empty.bag" in page.evaluate("document.querySelector('#frame').innerText")
+        page.screenshot(path=tmp_path / "page.png")
+        assert problems == []
     if "TTC_FAST_SCREENSHOTS" in os.environ:
         shutil.copy(tmp_path / "page.png", os.environ["TTC_FAST_SCREENSHOTS"])
 
@@ -114,10 +139,9 @@ def test_tables_sort_and_a_click_shows_the_frame(several: Path, tmp_path: Path) 
 def test_curves_of_one_log_zoom(tmp_path: Path) -> None:
     report = tmp_path / "report.html"
     assert main(["replay", str(sample("scans")), "--rows", "0", "--report", str(report)]) == 0
-    with Page(report) as page:
-        page.ask(READY)
-        assert page.ask("[model('time').start, model('time').end]") == pytest.approx([0.0, 4.267], abs=1e-3)
-        left, top, width, height = page.ask(
+    with opened(report) as (page, problems):
+        assert page.evaluate("[model('time').start, model('time').end]") == pytest.approx([0.0, 4.267], abs=1e-3)
+        left, top, width, height = page.evaluate(
             """(() => { const find = root => { for (const each of root.querySelectorAll("*")) {
                  if (each.classList.contains("bk-events")) return each;
                  const inside = each.shadowRoot && find(each.shadowRoot); if (inside) return inside; } };
@@ -125,13 +149,16 @@ def test_curves_of_one_log_zoom(tmp_path: Path) -> None:
                return [box.x, box.y, box.width, box.height]; })()"""
         )
         middle = top + min(height, 150.0) / 2
-        page.drag((left + 0.4 * width, middle), (left + 0.6 * width, middle + 30))
-        page.ask("new Promise(done => setTimeout(done, 300))")
-        start, end = page.ask("[model('time').start, model('time').end]")
+        page.mouse.move(left + 0.4 * width, middle)
+        page.mouse.down()
+        page.mouse.move(left + 0.6 * width, middle + 30, steps=2)
+        page.mouse.up()
+        page.evaluate("new Promise(done => setTimeout(done, 300))")
+        start, end = page.evaluate("[model('time').start, model('time').end]")
         assert 0.5 < start < 2.2 < end < 3.8
-        page.ask("document.querySelector('tbody tr').click()")  # the same log stays as it is
-        assert page.ask("model('time').start") == start
-        assert page.problems == []
+        page.evaluate("document.querySelector('tbody tr').click()")  # the same log stays as it is
+        assert page.evaluate("model('time').start") == start
+        assert problems == []
 
 
 def test_a_table_of_distances_since_1970_has_curves_and_no_picture(tmp_path: Path) -> None:
@@ -153,9 +180,8 @@ def test_a_page_without_anything_known_has_an_empty_console(count: int, tmp_path
     table.write_text("stamp,distance\n" + "".join(f"{i / 10},nan\n" for i in range(count)))
     report = tmp_path / "report.html"
     main(["replay", str(table), "--report", str(report)])
-    with Page(report) as page:
-        page.ask(READY)
-        assert page.problems == []
+    with opened(report) as (_, problems):
+        assert problems == []
 
 
 def test_a_report_that_makes_no_sense_or_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
