@@ -114,6 +114,14 @@ class TestTrigger:
         assert "SweptPathThreshold: 0.50 < 1.5 s" in str(decision)
         assert "at 2.40 m, 2.00 m clear, closing at 4.00 m/s, TTC 0.50 s" in str(decision)
 
+    def test_a_decision_that_rests_on_no_criterion_says_why_in_words(self) -> None:
+        drive = Drive(trigger=(1, 1))
+        decision = drive.frame(2.4, 4.0)
+        later = drive.controller.update(decision.stamp + 5.0)
+        assert later.reason is Reason.STALE
+        assert str(later).startswith("BRAKE (STALE): the newest sensor data are too old")
+        assert "Threshold" not in str(later)
+
     def test_says_that_a_wall_is_beyond_the_horizon(self) -> None:
         """7.6 m at 1 m/s are 7.6 s, and the path is looked at for 5 s."""
         decision = Drive(trigger=(1, 1)).frame(8.0, 1.0)

@@ -93,6 +93,22 @@ class Reason(NamedInt):
     UNSEEN = 13
 
 
+_IN_WORDS = {
+    Reason.HOLD: "the brake is held until enough frames are clear",
+    Reason.STANDSTILL: "the vehicle stands, and would brake again if it went on as before",
+    Reason.ESCAPE: "in contact, and moving away from it",
+    Reason.WAITING: "no sensor data have come yet",
+    Reason.STALE: "the newest sensor data are too old, by the clock of now, or repeat what was seen long ago",
+    Reason.BLIND: "the sensor data have been without enough valid readings for too long",
+    Reason.NO_MOTION: "the odometry is missing or too old",
+    Reason.OVERRIDE: "the driver took over",
+    Reason.CONTACT: "in contact, and nothing says which way the vehicle will go",
+    Reason.UNSEEN: "no sensor looks at a part of the path",
+}
+_OF_SENSORS = {Reason.WAITING, Reason.STALE, Reason.BLIND, Reason.NO_MOTION, Reason.OVERRIDE, Reason.UNSEEN}
+"""These rest on no criterion."""
+
+
 class Counters(NamedTuple):
     """Numbers of frames and votes.
 
@@ -183,9 +199,9 @@ class Decision(NamedTuple):
 
     def __str__(self) -> str:
         """Describe the decision in one line."""
-        head = f"{self.command.name} ({self.reason.name})"
-        if self.criterion is None or not math.isfinite(self.value):
-            return head
-        sign = "<" if self.value < self.threshold else ">="
-        compared = f"{self.value:.2f} {sign} {self.threshold:.3g} {self.criterion.unit}"
-        return f"{head}: {self.criterion.name}: {compared}; {self.threat}"
+        said = [_IN_WORDS[self.reason]] if self.reason in _IN_WORDS else []
+        if self.criterion is not None and math.isfinite(self.value) and self.reason not in _OF_SENSORS:
+            sign = "<" if self.value < self.threshold else ">="
+            compared = f"{self.value:.2f} {sign} {self.threshold:.3g} {self.criterion.unit}"
+            said += [f"{self.criterion.name}: {compared}", str(self.threat)]
+        return ": ".join([f"{self.command.name} ({self.reason.name})", *(["; ".join(said)] if said else [])])
