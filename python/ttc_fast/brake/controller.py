@@ -313,7 +313,7 @@ class BrakeController:
         >>> from ttc_fast import BrakeController, ScanTTC
         >>> controller = BrakeController(scan=ScanTTC(0.0, 0.1, 3))
         >>> print(controller.update(10.0))                       # nothing has come yet: that is not safe
-        BRAKE (WAITING)
+        BRAKE (WAITING): no sensor data have come yet
         """
         if type(now) is not float or now - now != 0.0:
             now = finite("now", now)
