@@ -251,6 +251,16 @@ class TestWatchdog:
         assert decision.command is Command.BRAKE
         assert decision.counters.blind == 20
 
+    @pytest.mark.parametrize("covered", [0.08, -np.inf])
+    @pytest.mark.parametrize("mount", [(-0.05, 0.0, 0.0), (0.3, 0.0, 0.0)])
+    def test_a_covered_scanner_is_blind(self, covered: float, mount: tuple[float, float, float]) -> None:
+        """Where all that it shows lies inside the outline, in the half that the car leaves, nothing is seen."""
+        controller = BrakeController(scan=scanner(outline=CAR, mount=mount))
+        for stamp in np.arange(0.0, 1.0, PERIOD).tolist():
+            ranges = np.full(BEAMS, covered) + stamp * 1e-6
+            decision = controller.update(stamp, ranges=ranges, stamp=stamp, motion=Motion(4.0, stamp=stamp))
+        assert (decision.command, decision.reason) == (Command.BRAKE, Reason.BLIND)
+
     def test_free_space_is_not_blindness(self) -> None:
         drive = Drive()
         for _ in range(40):

@@ -586,6 +586,21 @@ def test_the_kth_smallest_counts_from_one(ttc: Any) -> None:
     assert [nearest.beam for nearest in found] == [1, 3, 4, 2, 0, 5, 6, 7], "ties in the order of the beams"
 
 
+@pytest.mark.parametrize("beams", [360, 361])
+@pytest.mark.parametrize("window", [1, 2, 3, 200])
+def test_neighbours_across_the_seam_of_a_scanner_that_looks_all_around(ttc: Any, beams: int, window: int) -> None:
+    """A post straight ahead is as well supported with the seam through it as with the seam behind."""
+    increment = math.radians(1.0)
+    vote = NeighbourSupport(1, min(window, 128), 0.2)
+    for start in (0.5 * increment, 0.5 * increment - math.pi):
+        scan = ttc.ScanTTC(start, increment, beams, minimum=vote)
+        aside = np.remainder(scan.angles + math.pi, 2 * math.pi) - math.pi
+        nearest = scan.nearest(np.where(np.abs(aside) < increment, 2.0, 8.0), 4.0)
+        assert (nearest.range, nearest.status) == (2.0, Status.CLOSING)
+    half = ttc.ScanTTC(0.5 * increment, increment, 180, minimum=vote)  # its ends are no neighbours
+    assert half.nearest(np.where(np.isin(np.arange(180), [0, 179]), 2.0, 8.0), 4.0).range == 8.0
+
+
 def test_a_thin_pole_is_kept_by_its_own_neighbours(ttc: Any) -> None:
     ranges = SPECKLED.copy()
     ranges[3] = 0.6

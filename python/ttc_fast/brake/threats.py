@@ -47,6 +47,8 @@ SOON = 0.3
 
 FEW = 20
 """A scan that has one beam in this many more or less, or is as much wider, is read by the beams of the range rate."""
+COVERED = 16
+"""So many readings do not all lie inside the outline of a vehicle that is only touched."""
 BATCHES = frozenset({NearestBatch, NearestPointBatch})
 """The answers of kernels to several scans or clouds."""
 GEOMETRY = ("angle_min", "angle_increment", "beams")
@@ -224,8 +226,18 @@ class ThreatAssessment:
             self._refuse(frame)
         if frame.estimate is not None:
             estimate, is_sure = estimated_threat(frame)
-        returns = seen.counts.valid
-        return new(Threats, (over_ground, beams, path, estimate, is_sure, returns, seen.status, True, arc, turn))
+        counts, status = seen.counts, seen.status
+        if status is Status.CONTACT and not frame.is_cloud and self._is_covered(counts):
+            status = Status.NO_DATA
+        return new(Threats, (over_ground, beams, path, estimate, is_sure, counts.valid, status, True, arc, turn))
+
+    def _is_covered(self, counts: Any) -> bool:
+        """Return whether all that a scan shows lies inside the outline: a hand, dirt, or an outline in centimetres."""
+        hits = counts.valid
+        if self.scan is not None and self.scan.too_close == "hit":
+            hits += counts.too_close
+        beyond = hits - counts.contact + counts.no_return + counts.beyond_limits
+        return bool(beyond == 0 and hits >= COVERED)
 
     def assess_straying(self, frame: Frame, motion: Motion, threats: Threats) -> Threats:
         """Return the threats along a planned path, or what is too near on the present arc if the vehicle strays."""

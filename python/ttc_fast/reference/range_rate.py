@@ -323,7 +323,8 @@ class RangeRate:
         each = np.select(list(cases.values()), list(cases), Status.INVALID).astype(np.uint8)
 
         ttc = time_to_collision(clearance, np.where(closes, closing, np.nan), np.float64(0))
-        beam, confirmed = elect(ttc, np.where(ttc < np.inf, usable, np.nan), self._beam_vote)
+        closing_in = np.where(ttc < np.inf, usable, np.nan)
+        beam, confirmed = elect(ttc, closing_in, self._beam_vote, around=scan._goes_around)
         unrated = there & ~known
         if not observed.any():
             status = Status.NO_DATA

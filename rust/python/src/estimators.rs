@@ -179,7 +179,8 @@ settings_class! {
     /// count : int
     ///     How many neighbours must agree, from 1.
     /// window : int
-    ///     How many beams to look at on each side, up to 128.
+    ///     How many beams to look at on each side, up to 128. Where the beams go all around, the first is a neighbour of
+    ///     the last.
     /// gap : float
     ///     How far their ranges may differ, m.
     ///

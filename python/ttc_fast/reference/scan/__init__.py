@@ -26,7 +26,7 @@ from ttc_fast.reference.scan.settings import (
     checked_mask,
     checked_rules,
 )
-from ttc_fast.reference.scan.vote import elect
+from ttc_fast.reference.scan.vote import elect, goes_around
 from ttc_fast.reference.vehicle import (
     Motion,
     checked_mount,
@@ -132,6 +132,7 @@ class ScanTTC:
     ) -> None:
         self._angles = checked_angles(angle_min, angle_increment, beams)
         self._angle_increment = float(angle_increment)
+        self._goes_around = goes_around(self._angle_increment, beams)
         self._rules = checked_rules(range_min, range_max, limits, limits_policy, too_close)
         self._mount = checked_mount(mount)
         self._cos, self._sin = _directions(self._angles + self._mount.yaw)
@@ -252,7 +253,8 @@ class ScanTTC:
         clearance = usable - self._offset
         closing = self._closing(motion)
 
-        beam, confirmed = elect(ttc, np.where(np.isnan(self._offset), np.nan, usable), self._beam_vote)
+        looking = np.where(np.isnan(self._offset), np.nan, usable)
+        beam, confirmed = elect(ttc, looking, self._beam_vote, around=self._goes_around)
         contacts = np.flatnonzero(clearance <= 0)
         if contacts.size > 0:
             status = Status.CONTACT

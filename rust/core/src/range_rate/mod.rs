@@ -260,7 +260,7 @@ impl RangeRate {
         let times = &self.beams.ttc[..self.scan.settings.beams];
         let each = times.iter().enumerate().map(|(index, ttc)| Hit { ttc: *ttc, index });
         let usable = |beam: usize| if times[beam] < f64::INFINITY { newest.readings[beam] } else { f64::NAN };
-        self.settings.beam_vote.elect(each.filter(Hit::closes).collect(), times.len(), usable)
+        self.settings.beam_vote.elect(each.filter(Hit::closes).collect(), &self.scan.settings, usable)
     }
 }
 

@@ -236,7 +236,7 @@ impl<'a, T: Range> View<'a, T> {
     /// Returns the beam that a vote elects among those that close.
     fn elected(&self, beam_vote: BeamVote, closing: Vec<Hit>) -> (Hit, bool) {
         let usable = |beam| if self.exact.beams.ignores(beam) { f64::NAN } else { self.usable(beam) };
-        beam_vote.elect(closing, self.ranges.len(), usable)
+        beam_vote.elect(closing, &self.scan.settings, usable)
     }
 
     /// Says why `best` decides.

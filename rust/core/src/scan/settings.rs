@@ -3,9 +3,10 @@
 use super::vote::BeamVote;
 use crate::error::{Error, count_in, finite, non_negative, one_entry_each};
 use crate::vehicle::{Mount, Outline};
+use std::f64::consts::{PI, TAU};
 
 /// A sensor whose beams span more than this is more likely described in degrees, rad.
-const WIDEST_VIEW: f64 = 4.0 * std::f64::consts::PI;
+const WIDEST_VIEW: f64 = 4.0 * PI;
 
 /// More beams than any scanner has. Tables of as many fit in memory, and their counts in 32 bits.
 const MOST_BEAMS: usize = 1 << 22;
@@ -147,6 +148,13 @@ impl Settings {
     #[must_use]
     pub fn angles(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         (0..self.beams).map(|beam| self.angle(beam))
+    }
+
+    /// Whether the beams go all around, so that the first is a neighbour of the last.
+    pub(crate) fn goes_around(&self) -> bool {
+        let increment = self.angle_increment.abs();
+        let seam = TAU - increment * (self.beams - 1) as f64;
+        -0.5 * increment <= seam && seam <= 1.5 * increment
     }
 
     pub(crate) fn angle(&self, beam: usize) -> f64 {

@@ -4,6 +4,7 @@
 //! least among the beams that their neighbours support. Where the rule elects none, the nearest in time decides,
 //! unconfirmed.
 
+use super::settings::Settings;
 use crate::error::{Error, at_least_one, non_negative};
 use crate::hit::Hit;
 
@@ -41,15 +42,15 @@ impl BeamVote {
 
     /// Returns the deciding one of the beams that close, and whether the vote confirms it: no beam at all is confirmed.
     ///
-    /// `usable` gives the range of each of the `beams`, NaN without one.
-    pub(crate) fn elect(self, closing: Vec<Hit>, beams: usize, usable: impl Fn(usize) -> f64) -> (Hit, bool) {
+    /// `usable` gives the range of each beam, NaN without one.
+    pub(crate) fn elect(self, closing: Vec<Hit>, scanner: &Settings, usable: impl Fn(usize) -> f64) -> (Hit, bool) {
         let Some(first) = closing.iter().copied().min_by(Hit::order) else { return (Hit::NONE, true) };
-        let winner = self.winner(closing, beams, usable);
+        let winner = self.winner(closing, scanner, usable);
         (winner.unwrap_or(first), winner.is_some())
     }
 
     /// Returns the beam that wins the vote among those that close, if one does.
-    fn winner(self, mut closing: Vec<Hit>, beams: usize, usable: impl Fn(usize) -> f64) -> Option<Hit> {
+    fn winner(self, mut closing: Vec<Hit>, scanner: &Settings, usable: impl Fn(usize) -> f64) -> Option<Hit> {
         match self {
             BeamVote::KthSmallest(k) => {
                 let place = k.checked_sub(1).filter(|place| *place < closing.len())?;
@@ -57,7 +58,7 @@ impl BeamVote {
             }
             BeamVote::Neighbours(neighbours) => closing.into_iter().fold(None, |best, each| {
                 let sooner = best.is_none_or(|best| each.precedes(&best));
-                if sooner && neighbours.support(each.index, beams, &usable) { Some(each) } else { best }
+                if sooner && neighbours.support(each.index, scanner, &usable) { Some(each) } else { best }
             }),
         }
     }
@@ -83,10 +84,16 @@ impl Neighbours {
         Ok(self)
     }
 
-    /// Whether enough of the beams around `beam` agree with it.
-    fn support(self, beam: usize, beams: usize, usable: impl Fn(usize) -> f64) -> bool {
-        let own = usable(beam);
+    /// Whether enough of the beams around `beam` agree with it, across the seam of a scanner that looks all around too.
+    fn support(self, beam: usize, scanner: &Settings, usable: impl Fn(usize) -> f64) -> bool {
+        let (own, beams) = (usable(beam), scanner.beams);
+        let agrees = |other: &usize| (usable(*other) - own).abs() <= self.gap;
+        if scanner.goes_around() {
+            let steps = 1..=self.window.min((beams - 1) / 2);
+            let around = steps.flat_map(|steps| [(beam + beams - steps) % beams, (beam + steps) % beams]);
+            return around.filter(agrees).count() >= self.count;
+        }
         let around = beam.saturating_sub(self.window)..beams.min(beam + self.window + 1);
-        around.filter(|other| *other != beam && (usable(*other) - own).abs() <= self.gap).count() >= self.count
+        around.filter(|other| *other != beam && agrees(other)).count() >= self.count
     }
 }
