@@ -6,8 +6,8 @@
 
 use super::matches::{Matches, widened};
 use super::pairs::{Bracket, Ratio, Rule};
-use super::shifts::{Shifts, group, nth};
-use crate::lanes::LANES;
+use super::shifts::{Inside, Shifts, group, nth};
+use crate::lanes::{LANES, sum};
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level};
 
@@ -27,45 +27,29 @@ pub(super) fn trimmed<T: Real>(matches: &Matches<T>, rule: Rule, share: f64, lev
     if low == high {
         return Some(Ratio { ratio: low.sqrt(), pairs });
     }
-    let between = level.run(Between { quotients: &quotients, ends: Bracket { low, high } });
+    let (below, inside) = level.run(Inside { values: &quotients, bracket: Bracket { low, high } });
     // Of the ratios equal to an end, some are cut off.
-    let [at_low, at_high] = [between.above_low, between.below_high].map(|others| (count - others - cut) as f64);
-    let sum = between.roots + at_low * low.sqrt() + at_high * high.sqrt();
+    let low_cut = cut - below;
+    let high_cut = inside.len() - pairs - low_cut;
+    let sum = level.run(Roots(&inside)) - low_cut as f64 * low.sqrt() - high_cut as f64 * high.sqrt();
     Some(Ratio { ratio: sum / pairs as f64, pairs })
 }
 
-/// Adds up the roots of the quotients strictly between two ends, lane by lane, so that the sum does not depend on the
-/// level.
-struct Between<'a> {
-    quotients: &'a [f64],
-    ends: Bracket,
-}
+/// Adds up the roots of numbers, lane by lane, so that the sum does not depend on the level.
+struct Roots<'a>(&'a [f64]);
 
-/// The sum of roots, and the numbers of quotients strictly on one side of each end.
-struct Sides {
-    roots: f64,
-    above_low: usize,
-    below_high: usize,
-}
-
-impl Kernel for Between<'_> {
-    type Output = Sides;
+impl Kernel for Roots<'_> {
+    type Output = f64;
 
     #[inline(always)]
-    fn run<I: Instructions>(self, _: I) -> Sides {
-        let Between { quotients, ends: Bracket { low, high } } = self;
-        let [mut roots, mut above_low, mut below_high] = [[0.0; LANES]; 3];
-        for at in (0..quotients.len()).step_by(LANES) {
-            let x = group(quotients, at);
+    fn run<I: Instructions>(self, _: I) -> f64 {
+        let mut roots = [0.0; LANES];
+        for at in (0..self.0.len()).step_by(LANES) {
+            let x = group(self.0, at);
             for lane in 0..LANES {
-                let (is_above, is_below) = (x[lane] > low, x[lane] < high);
-                roots[lane] += if is_above & is_below { x[lane].sqrt() } else { 0.0 };
-                above_low[lane] += if is_above { 1.0 } else { 0.0 };
-                below_high[lane] += if is_below { 1.0 } else { 0.0 };
+                roots[lane] += if x[lane] > 0.0 { x[lane].sqrt() } else { 0.0 };
             }
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count, exact below 2^53")]
-        let [above_low, below_high] = [above_low, below_high].map(|counts| counts.iter().sum::<f64>() as usize);
-        Sides { roots: roots.iter().sum(), above_low, below_high }
+        sum(roots)
     }
 }

@@ -1,11 +1,11 @@
-//! Quotients of even samples of all pairs.
+//! Quotients of even samples of all pairs, or what else a pass wants to know of each pair.
 //!
 //! The pairs of matches `i` and `i + shift` hold each match twice, and lie in memory one after the other: sixteen of
 //! them are two groups of lanes. Shifts from 1 to half the number of matches, around the end to the beginning, make all
 //! pairs. A sample takes one shift from each of as many equal parts of that range. Detectors deliver matches from top to
 //! bottom, or on a grid, so the shift is at another place within each part.
 //!
-//! Order statistics of many quotients are looked for in two steps: a few of them say about where the value is, and only
+//! Order statistics of many values are looked for in two steps: a few of them say about where the value is, and only
 //! those nearby are sorted.
 
 use super::matches::Matches;
@@ -167,9 +167,9 @@ pub(super) fn group<T: Real>(values: &[T], at: usize) -> Lanes<T> {
 }
 
 /// Counts the values below a bracket, and keeps those inside.
-struct Inside<'a, T> {
-    values: &'a [T],
-    bracket: Bracket,
+pub(super) struct Inside<'a, T> {
+    pub values: &'a [T],
+    pub bracket: Bracket,
 }
 
 impl<T: Real> Kernel for Inside<'_, T> {
