@@ -54,8 +54,8 @@ CLUSTERED = (
 ALIGNMENT = (
     "The fit over a window takes about 45 us whatever the size of the cloud, because it depends on the car ahead "
     "and not on the points around it: most of the call over 12k points. The rounds of reweighting take a quarter "
-    "of it, because their tables do not stay in the first cache; the profile and laying cells side by side take a "
-    "seventh each."
+    "of it, because their tables do not stay in the first cache; the profile takes a sixth, and laying cells side by "
+    "side and asking for memory a tenth each."
 )
 BETWEEN_FIELDS = (
     "The bytes between the fields are read as well, because they lie in the same cache lines: 48 bytes a point. A "

@@ -183,6 +183,8 @@ pub(crate) fn median(values: &mut [f64]) -> f64 {
     match *values {
         [only] => return only,
         [one, other] => return f64::midpoint(one, other),
+        [a, b, c] => return a.min(b).max(a.max(b).min(c)),
+        [a, b, c, d] => return f64::midpoint(a.min(b).max(c.min(d)), a.max(b).min(c.max(d))),
         _ => {}
     }
     let middle = values.len() / 2;
@@ -198,6 +200,9 @@ mod tests {
     #[test]
     fn medians() {
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), 2.5);
+        for [a, b, c, d] in [[4.0, 1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0], [2.0, 4.0, 1.0, 3.0], [3.0, 2.0, 4.0, 1.0]] {
+            assert_eq!(median(&mut [a, b, c]), median(&mut [a, b, c, 0.0, 9.0]));
+            assert_eq!(median(&mut [a, b, c, d]), 2.5);
+        }
     }
 }

@@ -159,7 +159,7 @@ impl Kernel for IrlsWeights<'_> {
         let free = shown.len().saturating_sub(observed.level.len() + observed.frames()).max(1) as f64;
         let (mut noise, mut by) = (range_noise * range_noise, 0.0);
         let mut middle = noise / (NORMAL * NORMAL);
-        let mut near = vec![0.0; shown.len() + 1];
+        let mut near = vec![0; shown.len() + 1];
         for round in 0..=ROUNDS {
             // Weights by the residuals of the round before, and the surface that they imply.
             before.copy_from_slice(surface);
@@ -204,7 +204,7 @@ impl Kernel for IrlsWeights<'_> {
                 *position = sum(ahead) / sum(all).max(NOTHING);
             }
             let expected = (middle * EXPECTED[round].0, middle * EXPECTED[round].1);
-            middle = median_residual(observed, [x, surface, &mut positions, residual, &mut near], expected);
+            middle = median_residual(observed, [x, surface, &positions], residual, &mut near, expected);
             let spread = NORMAL * NORMAL * middle * shown.len() as f64 / free;
             noise = (KNOWN_NOISE * range_noise * range_noise + free * spread) / (KNOWN_NOISE + free);
             by = 1.0 / (BIWEIGHT * BIWEIGHT * noise);
@@ -221,7 +221,9 @@ const EXPECTED: [(f64, f64); ROUNDS] = [(0.5, 1.5), (0.7, 1.02), (0.7, 1.02)];
 #[inline(always)]
 fn median_residual(
     observed: &CellObservations,
-    [x, surface, positions, residual, near]: [&mut [f64]; 5],
+    [x, surface, positions]: [&[f64]; 3],
+    residual: &mut [f64],
+    near: &mut [u64],
     expected: (f64, f64),
 ) -> f64 {
     let ([count, ..], width) = (observed.count_x_z.read::<3>(), observed.width);
@@ -236,14 +238,15 @@ fn median_residual(
             }
             for Observation { cell, .. } in shown {
                 let residual = residual[*cell];
-                near[len] = residual;
+                near[len] = residual.to_bits(); // in the order of the numbers, as they are not negative
                 below += usize::from(residual < low);
                 len += usize::from((low <= residual) & (residual <= high));
             }
         }
         if below < upper && upper < below + len {
-            let (before, &mut middle, _) = near[..len].select_nth_unstable_by(upper - below, f64::total_cmp);
-            let lower = before.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let (before, &mut middle, _) = near[..len].select_nth_unstable(upper - below);
+            let lower = before.iter().copied().max().unwrap_or(middle);
+            let [lower, middle] = [lower, middle].map(f64::from_bits);
             return if all % 2 == 1 { middle } else { f64::midpoint(lower, middle) };
         }
     }
