@@ -7,7 +7,7 @@
 
 use crate::lanes::{LANES, Lanes, least};
 use crate::real::Real;
-use crate::simd::{Instructions, Kernel};
+use crate::simd::{Instructions, Kernel, alone};
 
 /// One of the values and its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,10 +101,10 @@ fn up_to<T: Real, I: Instructions, const N: usize>(simd: I, values: &[Lanes<T>],
 
 #[inline(always)]
 fn count_bits<T: Real, I: Instructions, const N: usize>(simd: I, values: &[Lanes<T>], limits: [T; N]) -> [usize; N] {
-    let (lowest, mut counts) = ([T::ZERO - T::MAX; LANES], [0; N]);
+    let mut counts = [0; N];
     for x in values {
         for i in 0..N {
-            counts[i] += T::within(simd, x, &lowest, &[limits[i]; LANES]).count_ones() as usize;
+            counts[i] += alone(T::at_most(simd, x, limits[i]).count_ones()) as usize;
         }
     }
     counts
