@@ -160,7 +160,7 @@ def read_file(path: str | PathLike[str], read: Callable[[str], dict[str, Any]]) 
             content = file.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
             raise ValueError(f"has more than {LARGEST_FILE / 1e6:g} MB, which are no settings")
-        return read(content.decode("utf-8"))
+        return read(content.decode("utf-8-sig"))
     except OSError as error:
         raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:

@@ -43,8 +43,9 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def test_a_file(tmp_path: Path) -> None:
-    settings = Configuration.read(written(tmp_path, FILE))
+@pytest.mark.parametrize("mark", ["", "\ufeff"])  # editors of Windows begin a file with a byte-order mark
+def test_a_file(mark: str, tmp_path: Path) -> None:
+    settings = Configuration.read(written(tmp_path, mark + FILE))
     assert settings.criteria == (IttcThreshold(0.7), StoppingDistance(deceleration=4.0))
     assert settings.brake == {"trigger": (1, 2), "when_blind": Command.WARN}
     scan = settings.scanner(angle_min=-1.0, angle_increment=0.1, beams=21, range_max=30.0)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mcap.writer import Writer
 
 from tests.support.bags import DATATYPES, KINDS, POINTS, Cloud, Odom, Recorded, Scan, drive, scans_of, write
 from tests.support.opened import open_clouds, open_scans
@@ -52,6 +53,19 @@ def test_the_scanner_is_that_of_the_messages(kind: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["bag", "bag.lz4", "mcap", "mcap.zstd"])
 def test_indexed_bags_count_their_frames(kind: str, tmp_path: Path) -> None:
     assert open_scans(write(tmp_path, kind, drive(30))).frame_count == 30
+
+
+@pytest.mark.parametrize("options", [{}, {"topic": "/scan"}])
+def test_messages_of_another_encoding_are_named(options: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start("", "test")
+        schema = writer.register_schema("sensor_msgs/msg/LaserScan", "jsonschema", b"{}")
+        writer.add_message(writer.register_channel("/scan", "json", schema), 1, b"{}", 1)
+        writer.finish()  # type: ignore[no-untyped-call]
+    with pytest.raises(LogError, match=r"it has /scan \(sensor_msgs/LaserScan in json, which is not read\)"):
+        open_log(path, **options)
 
 
 @pytest.mark.parametrize("kind", ["bag", "mcap", "db3"])
@@ -127,11 +141,12 @@ def test_where_nobody_filled_in_the_twist_the_poses_tell(tmp_path: Path) -> None
     assert [frame.yaw_rate for frame in read] == pytest.approx([0.0, 0.4, 0.0, 0.0])
 
 
-def test_odometry_that_is_not_finite_is_told_and_left_out(tmp_path: Path) -> None:
-    path = write(tmp_path, "bag", [Odom(0.0, 0.0, speed=1.0), Odom(0.05, 0.05, speed=np.nan), Scan(0.1, 0.1)])
+@pytest.mark.parametrize(("speed", "why"), [(np.nan, "is not finite"), (1e9, "is too fast, no motion of a vehicle")])
+def test_odometry_of_no_vehicle_is_told_and_left_out(speed: float, why: str, tmp_path: Path) -> None:
+    path = write(tmp_path, "bag", [Odom(0.0, 0.0, speed=1.0), Odom(0.05, 0.05, speed=speed), Scan(0.1, 0.1)])
     read = iter(open_scans(path))
     assert next(read).speed == 1.0
-    with pytest.raises(LogError, match=r"odometry at -0\.050 s is not finite\. The 1 frames that could be read"):
+    with pytest.raises(LogError, match=rf"odometry at -0\.050 s {why}\. The 1 frames that could be read"):
         next(read)
 
 

@@ -181,6 +181,12 @@ def test_two_scanners_on_one_topic_are_refused_until_one_is_chosen(tmp_path: Pat
         replayed(tmp_path / "left", both, frame="left")
 
 
+def test_a_slash_before_the_name_of_a_frame_makes_no_second_sensor(tmp_path: Path) -> None:
+    rows, log, lost = replayed(tmp_path, approach(frame=lambda i: "/laser" if i % 2 else "laser"))
+    assert (len(rows), lost) == (60, "")
+    assert not any("frame_id" in each for each in log.summary.odd)
+
+
 def test_a_second_scanner_that_comes_late_ends_the_replay(tmp_path: Path) -> None:
     rows, _, lost = replayed(tmp_path, approach(260, frame=lambda i: "rear" if i == 250 else "front"))
     assert len(rows) == 250

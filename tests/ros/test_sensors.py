@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from tests.support.common import CAR
 from tests.support.ros_harness import AT_ONCE, BEAMS, GEOMETRY, CoreHarness
-from ttc_fast.sensors.odometry import Pose
+from ttc_fast.sensors.odometry import OdometryReader, Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -281,6 +281,20 @@ def test_where_nobody_filled_in_the_twist_the_poses_tell(make: Make) -> None:
     derived = drive(make(), lambda speed: (0.0, 0.0), 1.0, 60)
     assert sum(derived) == pytest.approx(sum(drive(make(), lambda speed: (speed, 0.0), 1.0, 60)), abs=2)
     assert 5 < sum(derived) < 20
+
+
+@pytest.mark.parametrize(("speed", "yaw_rate"), [(-2.2e-12, 7e-13), (2e-5, 0.0), (0.0, 0.003), (0.0, -1e-9)])
+def test_a_velocity_of_nearly_0_was_not_filled_in_whatever_the_yaw_rate(speed: float, yaw_rate: float) -> None:
+    reader = OdometryReader()
+    read = [reader.read(0.1 * i, Pose(0.3 * i, 0.0, 0.0), speed, yaw_rate, speed / 2.0) for i in range(20)]
+    for twist in read[1:]:
+        assert twist == pytest.approx((3.0, yaw_rate, 0.0), abs=1e-6)
+
+
+def test_a_vehicle_that_turns_on_the_spot_keeps_its_yaw_rate() -> None:
+    reader = OdometryReader()
+    for i in range(20):
+        assert reader.read(0.1 * i, Pose(1.0, 2.0, 0.0), 0.0, 0.5) == (0.0, 0.5, 0.0)
 
 
 def test_two_topics_of_odometry_are_not_compared_with_each_other(make: Make) -> None:

@@ -63,10 +63,12 @@ class McapFile:
         self._stream = need("mcap.data_stream", path).ReadDataStream
         self._damaged = (*DAMAGED, need("mcap.exceptions", path).McapError, need("zstandard", path).ZstdError)
         self._channels: dict[int, Topic] = {}
+        self._others: dict[int, Topic] = {}
+        """The channels in another encoding, such as JSON, which are named and not read."""
         self._size = path.stat().st_size
         with opened(path, MAGIC, "MCAP file") as file:
             self._read_summary(file)
-        if not self._channels:
+        if not self._channels and not self._others:
             # Without a summary the file is read once to find the topics; errors are reported by the next reading.
             for _ in self.messages((), ReadErrors(path)):
                 pass
@@ -77,7 +79,7 @@ class McapFile:
         found: dict[str, Topic] = {}
         for topic in self._channels.values():
             found[topic.name] = topic.joined(found.get(topic.name))
-        return list(found.values())
+        return list(({topic.name: topic for topic in self._others.values()} | found).values())
 
     def messages(self, names: Collection[str], errors: ReadErrors) -> Iterator[Message]:
         """Read the messages of these topics, and note what is damaged."""
@@ -87,10 +89,11 @@ class McapFile:
             for record in self._all(file, errors):
                 if isinstance(record, kinds.Message):
                     topic = self._channels.get(record.channel_id)
-                    if topic is None:
+                    if topic is not None:
+                        if topic.name in names:
+                            yield topic.name, record.log_time, record.data, 0, len(record.data)
+                    elif record.channel_id not in self._others:
                         errors.add(f"a message of an unknown channel, before byte {file.tell()} of {self._size}")
-                    elif topic.name in names:
-                        yield topic.name, record.log_time, record.data, 0, len(record.data)
                 elif isinstance(record, kinds.Schema):
                     schemas[record.id] = record.name
                 elif isinstance(record, kinds.Channel):
@@ -195,9 +198,12 @@ class McapFile:
 
     def _add(self, channel: Any, schemas: dict[int, str], count: int | None) -> None:
         encoding = ENCODINGS.get(channel.message_encoding)
-        if encoding is not None:  # others hold no ROS messages
-            kind = plain_type(schemas.get(channel.schema_id, ""))
+        kind = plain_type(schemas.get(channel.schema_id, ""))
+        if encoding is not None:
             self._channels.setdefault(channel.id, Topic(channel.topic, kind, encoding, count))
+        else:
+            kind = f"{kind} in {channel.message_encoding or 'no encoding'}, which is not read".lstrip()
+            self._others.setdefault(channel.id, Topic(channel.topic, kind, CDR, count))
 
 
 def _said(damage: BaseException) -> str:

@@ -150,8 +150,8 @@ class _Source:
         at = (stamp - self.begin) * NS
         try:
             odometer.update(at, pose, read.speed, read.yaw_rate, read.lateral_speed, came=came)
-        except RefusedError:
-            errors.add(f"odometry at {at:.3f} s is not finite")
+        except RefusedError as error:
+            errors.add(f"odometry at {at:.3f} s {str(error).partition(':')[0]}")
 
     def _sensor(self, odd: Tally) -> SensorChoice:
         return SensorChoice(self.topic.name, odd, self._options.frame or "", option("frame"))
@@ -182,7 +182,7 @@ class _Source:
                 continue
             self._recorded = self._recorded or time
             read, sizes = read + 1, sizes + end - start
-            frames[message.frame_id] = None
+            frames[message.frame_id.lstrip("/")] = None  # the names of ROS 1 may begin with one
             if not self._options.frame or sensor.accepts(message.frame_id):
                 clocks[name].add(message.stamp, time)
                 chosen, self.frame_id = chosen + 1, message.frame_id
@@ -420,7 +420,7 @@ def _chosen(bag: Container, name: str | None, kinds: tuple[str, ...], how: str) 
     if name is not None:
         named = [topic for topic in found if topic.name.strip("/") == name.strip("/")]
         if not named:
-            has = ", ".join(topic.name for topic in found) or "none"
+            has = ", ".join(f"{topic.name} ({topic.type})" for topic in found or bag.topics) or "none"
             of = " or ".join(kinds)
             raise LogError(bag.path, f"has no topic {name} of {of}; it has {has}: choose with {option(how)}")
         return named[0]

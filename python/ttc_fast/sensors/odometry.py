@@ -10,8 +10,8 @@ intervals in a row that say the same decide:
 - Neither holds, as with a wrong sign or other units: nobody knows which of the two is right, so the speed is unknown,
   and not knowing it brakes.
 
-A jump of the pose spoils one or two intervals, and changes nothing. A twist of exactly zero while the poses move is one
-that nobody filled in: the motion is that from pose to pose.
+A jump of the pose spoils one or two intervals, and changes nothing. Where the twist says that the vehicle stands, the
+poses say how it moves: nobody filled in the velocity, though a yaw rate, as of an IMU, may be there.
 """
 
 from __future__ import annotations
@@ -41,6 +41,8 @@ CLEARLY = 0.3
 """m/s; twist and poses are compared where one of them says that the vehicle is faster than this."""
 ALIKE = (0.1, 0.25)
 """m/s, and a part of the greater speed: two velocities that differ by less agree."""
+STANDS = 1e-3
+"""m/s and rad/s; a velocity below this says that the vehicle stands, or was not filled in."""
 IN_A_ROW = 3
 """The number of intervals in a row that decide what a twist is."""
 KEPT = 256  # entries: those within the delay of a frame, from a sensor until it is recorded
@@ -95,7 +97,7 @@ def no_motion(*motion: float, stamp: float = 0.0) -> str:
     """Return why no vehicle moves so, or an empty text: speeds are finite, as is the stamp, and below ``FASTEST``."""
     if not math.isfinite(sum(motion) + stamp):
         return "is not finite"
-    return "" if all(-FASTEST < each < FASTEST for each in motion) else "is no motion of a vehicle"
+    return "" if all(-FASTEST < each < FASTEST for each in motion) else "is too fast, no motion of a vehicle"
 
 
 class OdometryReader:
@@ -158,10 +160,12 @@ class OdometryReader:
             return said
         is_first, before = not self._poses, self._pose_before(stamp)
         self._poses.append((stamp, pose))
-        if said is None or not any(said):  # not known, or nobody filled it in: the poses tell
+        if said is None or math.hypot(said.speed, said.lateral_speed) < STANDS:  # the poses tell
             derived = said if is_first else None
             if before is not None:
                 derived = between(before[1], pose, stamp - before[0])
+                if abs(yaw_rate) >= STANDS:
+                    derived = derived._replace(yaw_rate=yaw_rate)
             if derived is not None and (why_not := no_motion(*derived)):
                 raise RefusedError(f"{why_not}: from pose to pose the vehicle would move by {derived}")
             return derived
