@@ -53,7 +53,9 @@ impl<T: Real> Candidates<T> {
             collect(range, &mut piece);
             piece
         });
-        found.iter().for_each(|piece| self.add(piece));
+        for piece in &found {
+            self.add(piece);
+        }
     }
 
     /// No candidates yet, of which the nearest `wanted` are needed, or all.
