@@ -5,6 +5,7 @@ It needs the extra ``gym``.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
 
 HORIZON = 10.0
 """The filter looks this far ahead, s."""
+
+
+_READ = "give SafetyFilter read=, a function of the observation that returns Observed(ranges, speed, yaw_rate)"
 
 
 class Observed(NamedTuple):
@@ -68,8 +72,10 @@ def f1tenth(observation: Any, agent: int = 0) -> Observed:
     Raises
     ------
     ValueError
-        If it has none of these names.
+        If it is no dict, or has none of these names.
     """
+    if not isinstance(observation, Mapping):
+        raise ValueError(f"observation must be a dict, got {type(observation).__name__}: {_READ}")
     if "scans" in observation:
         ranges, *motion = (np.asarray(observation[name]) for name in ("scans", "linear_vels_x", "ang_vels_z"))
         return Observed(ranges[..., agent, :], *(each[..., agent] for each in motion))
@@ -79,8 +85,8 @@ def f1tenth(observation: Any, agent: int = 0) -> Observed:
     if len(inner) > agent and "scan" in inner[agent]:
         return f1tenth(inner[agent])
     raise ValueError(
-        f"observation must have scans, linear_vels_x and ang_vels_z as in f1tenth_gym, or give read=, a function that "
-        f"returns Observed(ranges, speed, yaw_rate); got the names {sorted(observation)}"
+        f"observation must have scans, linear_vels_x and ang_vels_z as in f1tenth_gym, got the names "
+        f"{sorted(observation)}: {_READ}"
     )
 
 

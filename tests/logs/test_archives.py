@@ -96,7 +96,7 @@ def test_a_missing_array_is_named(name: str, write: Callable[[Arrays], Path]) ->
         ({"ranges": np.ones((0, 2), np.float32)}, r"'ranges' must have the shape .* got \(0, 2\)"),
         ({"ranges": np.ones((3, 2), np.uint16)}, "'ranges' must be float32 or float64 in metres, got uint16"),
         ({"ranges": np.ones((3, 2), ">f4")}, "'ranges' must be float32 or float64 in metres, got >f4"),
-        ({"t": np.zeros(2)}, r"'t' must have the shape \(3,\), one a scan of ranges, got \(2,\)"),
+        ({"t": np.zeros(2)}, r"'t' must have the shape \(3,\), one for each scan of ranges, got \(2,\)"),
         ({"t": np.array([0.0, 0.2, 0.2])}, "'t' must increase, got 0.2 after 0.2 in frame 2"),
         ({"t": np.array([2, 1, 0], np.uint64)}, "'t' must increase, got 1 after 2 in frame 1"),
         ({"v": np.array([0.0, np.nan, 1.0])}, "'v' must be finite, got nan in frame 1"),
@@ -113,6 +113,23 @@ def test_a_wrong_array_is_named(wrong: Arrays, said: str, write: Callable[[Array
     path = write(good() | wrong)
     with pytest.raises(LogError, match=said):
         open_scans(path)
+
+
+@pytest.mark.parametrize(
+    ("odd", "said"),
+    [
+        ({}, ""),
+        ({"speed": np.ones(3)}, "not read: speed; what is read has the names t, ranges"),
+        ({"t": np.array([0.0, 100.0, 200.0])}, "the stamps t are 100 s apart, read as they are; divide them by 1000"),
+        ({"ranges": np.full((3, 2), 6e3)}, "half of the numbers in ranges are 6000 m or more, read as they are"),
+        ({"ranges": np.array([[65.5, 65.5], [65.5, 2.0], [np.inf, 3.0]])}, ""),
+    ],
+    ids=["nothing", "a name", "ms", "mm", "codes for no return"],
+)
+def test_what_is_odd_is_said(odd: Arrays, said: str, write: Callable[[Arrays], Path]) -> None:
+    assumed = open_log(write(good() | odd)).assumed
+    assert assumed.startswith(said)
+    assert bool(assumed) == bool(said)
 
 
 def test_an_unknown_format_is_told_what_can_be_read(tmp_path: Path) -> None:

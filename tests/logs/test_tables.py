@@ -69,7 +69,7 @@ def test_a_table_without_names_says_what_it_needs(content: str, said: str, tmp_p
 def test_numbers_that_are_hardly_in_metres_and_seconds_are_said(tmp_path: Path) -> None:
     assumed = open_log(table(tmp_path, "stamp,distance", 1e-2, 1e-3)).assumed
     assert "the stamps of column stamp are 100 s apart, read as they are; if they are in ms, name the column" in assumed
-    assert "the distances of column distance are such as 1275 m, read as they are; if they are in cm" in assumed
+    assert "the distances of column distance have a median of 1275 m, read as they are; if they are in mm" in assumed
 
 
 @pytest.mark.parametrize("word", ["1e999", "-1e999", "9" * 400])

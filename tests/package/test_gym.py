@@ -247,6 +247,14 @@ def test_names_of_f1tenth_gym() -> None:
     assert f1tenth(new, 1)[1:] == (2.0, 0.0)
 
 
+def test_an_environment_without_a_scan() -> None:
+    """The observations of CartPole are an array of four numbers."""
+    env = SafetyFilter(gymnasium.make("CartPole-v1"), scanner())
+    env.reset()
+    with pytest.raises(ValueError, match=r"observation must be a dict, got ndarray: give SafetyFilter read="):
+        env.step(0)
+
+
 def test_a_scanner_that_is_none() -> None:
     nothing: Any = None
     with pytest.raises(TypeError, match="scan must be a ScanTTC"):

@@ -168,6 +168,7 @@ def test_a_damaged_log_ends_partial(tmp_path: Path, capsys: pytest.CaptureFixtur
         ([TABLE, "--gate-z", "0", "1"], 3, "a table of distances has no use for --gate-z"),
         ([SCANS, "--criterion", "Guess"], 2, "kind must be one of IttcThreshold"),
         ([SCANS, "--criterion", "IttcThreshold:threshold"], 2, "must be NAME=VALUE with a number"),
+        ([SCANS, "--criterion", "IttcThreshold=0.7"], 2, "write IttcThreshold:threshold=0.7"),
         ([SCANS, "--criterion", "IttcThreshold:limit=1"], 2, "no setting 'limit'"),
         ([SCANS, "--config", "nowhere.toml"], 2, "nowhere.toml: cannot be read"),
         ([SCANS, "--sensor-height", "1"], 3, "no use for --sensor-height"),

@@ -180,6 +180,10 @@ def _criteria() -> str:
 def _criterion(text: str) -> dict[str, Any]:
     """Return the table that a configuration has for ``KIND:name=value,name=value``."""
     kind, _, rest = text.partition(":")
+    if "=" in kind:
+        kind, _, value = text.partition("=")
+        name = "threshold" if kind.endswith("Threshold") else "NAME"
+        raise CommandError(USAGE, f"--criterion {text}: the value has no name, write {kind}:{name}={value}")
     table: dict[str, Any] = {"kind": kind}
     for part in filter(None, rest.split(",")):
         name, equals, value = part.partition("=")

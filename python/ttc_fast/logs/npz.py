@@ -7,6 +7,8 @@ m/s, signed; ``w`` (N,) rad/s, 0 when absent; ``mount`` (x, y, yaw) and ``outlin
 An archive of clouds has ``t`` (N,) s, increasing; ``points`` (M, 3) or wider, float32 or float64, the clouds one after
 another, x forward, y left, z up (m) and perhaps the intensity; ``counts`` (N,) integers, how many points each cloud
 has; ``sensor_height`` above the road, m. Optional is ``front_offset`` from the sensor to the bumper, m.
+
+Arrays of other names are not read. ``assumed`` of the log names them, and what is hardly in m or s.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import numpy as np
 from ttc_fast.logs.files import ARCHIVE, UNPACKED, kind_of_file, most_unpacked, too_much
 from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ScanFrame, Scanner
 from ttc_fast.logs.options import LIDAR, SCANNER
+from ttc_fast.logs.table import FAR, LONG
 
 if TYPE_CHECKING:
     import zipfile
@@ -35,6 +38,7 @@ SCANS_NEED = ("t", "ranges", *BEAMS)
 CLOUDS_NEED = ("t", "points", "counts", "sensor_height")
 NAMES = {*SCANS_NEED, "v", "w", *PLACES, *CLOUDS_NEED, "front_offset"}
 CLOCK = "stamps of the log"
+SURVEYED = 200  # frames of scans, or points
 UNREADABLE = "cannot be read as numbers; copy it again, or write it with numpy.savez"
 
 
@@ -61,7 +65,6 @@ class ScanArchive:
     """An archive of scans."""
 
     clock = CLOCK
-    assumed = ""
 
     def __init__(self, arrays: Arrays, options: LogOptions) -> None:
         options.only((*SCANNER, "speed"), arrays.path, "an archive of scans")
@@ -77,6 +80,9 @@ class ScanArchive:
         placed: dict[str, Any] = {name: arrays.numbers(name, n) for name, n in PLACES.items() if name in arrays}
         scanner = Scanner(**{name: arrays.numbers(name, 1)[0] for name in BEAMS}, beams=beams, **placed)
         self.scanner = options.applied(scanner, SCANNER)
+        self.assumed = arrays.assumed(
+            (*SCANS_NEED, "v", "w", *PLACES), "ranges", min(FAR, 10.0 * self.scanner.range_max)
+        )
         self._speed = options.speed
         self.always_has_speed = self._speeds is not None or options.speed is not None
         self.motion = options.motion("the speed is unknown" if self._speeds is None else "speeds of the log")
@@ -93,7 +99,6 @@ class CloudArchive:
     """An archive of clouds."""
 
     clock = CLOCK
-    assumed = ""
 
     def __init__(self, arrays: Arrays, options: LogOptions) -> None:
         options.only((*LIDAR, "speed"), arrays.path, "an archive of clouds")
@@ -112,6 +117,7 @@ class CloudArchive:
             front_offset = arrays.numbers("front_offset", 1)[0]
             lidar = replace(lidar, front_offset=front_offset, vehicle_reach=front_offset)
         self.lidar = options.applied(lidar, LIDAR)
+        self.assumed = arrays.assumed((*CLOUDS_NEED, "front_offset"), "points", FAR)
         self._speed = options.speed
         self.has_speed = options.speed is not None
         self.motion = options.motion("the speed is unknown")
@@ -125,7 +131,7 @@ class CloudArchive:
 def _counts(arrays: Arrays, points: int) -> NDArray[np.int64]:
     counts = arrays["counts"]
     if counts.ndim != 1 or counts.size == 0 or counts.dtype.kind not in "iu":
-        raise arrays.error("counts", f"must be integers, one a cloud, got {counts.dtype} of shape {counts.shape}")
+        raise arrays.error("counts", f"must be integers, one per cloud, got {counts.dtype} of shape {counts.shape}")
     if min(counts) < 0 or sum(counts.tolist()) != points:
         raise arrays.error("counts", f"must be from 0 and add up to the {points} rows of 'points'")
     return counts.astype(np.int64)
@@ -151,7 +157,7 @@ class Arrays:
 
     def __init__(self, path: Path, names: Iterable[str], limit: int = UNPACKED) -> None:
         self.path = path
-        self._arrays = _load(path, names, limit)
+        self._arrays, self.others = _load(path, names, limit)
 
     def __contains__(self, name: str) -> bool:
         return name in self._arrays
@@ -163,7 +169,21 @@ class Arrays:
         """Refuse an archive that lacks one of the names."""
         missing = [name for name in names if name not in self]
         if missing:
-            raise LogError(self.path, f"has no array {', '.join(missing)}; a log needs {', '.join(names)}")
+            has = f"; it has {', '.join(self.others)}" if self.others else ""
+            raise LogError(self.path, f"has no array {', '.join(missing)}; a log needs {', '.join(names)}{has}")
+
+    def assumed(self, names: tuple[str, ...], readings: str, far: float) -> str:
+        """Say which arrays are not read, and what is hardly in s or m, for people; empty if nothing is."""
+        said = []
+        if unread := [*self.others, *(name for name in self._arrays if name not in names)]:
+            said.append(f"not read: {', '.join(unread)}; what is read has the names {', '.join(names)}")
+        stamps, metres = self["t"], np.abs(self[readings][:SURVEYED])
+        if len(stamps) > 1 and (step := np.median(np.diff(stamps))) > LONG:
+            said.append(f"the stamps t are {step:g} s apart, read as they are; divide them by 1000 if they are in ms")
+        if (metres := metres[np.isfinite(metres)]).size and (middle := np.median(metres)) > far:
+            what = f"half of the numbers in {readings} are {middle:g} m or more"
+            said.append(f"{what}, read as they are; divide them by 1000 if they are in mm")
+        return "; ".join(said)
 
     def readings(self, name: str, shape: str, *, fits: bool) -> NDArray[Any]:
         """Return an array in metres, row by row in memory, if the shape that it should have fits."""
@@ -178,7 +198,7 @@ class Arrays:
         """Return an array of one finite number a frame."""
         numbers = self[name]
         if numbers.shape != (frames,):
-            raise self.error(name, f"must have the shape ({frames},), one a {each}, got {numbers.shape}")
+            raise self.error(name, f"must have the shape ({frames},), one for each {each}, got {numbers.shape}")
         if numbers.dtype.kind not in "fiu":
             raise self.error(name, f"must be numbers, got {numbers.dtype}")
         bad = np.flatnonzero(~np.isfinite(numbers))
@@ -210,14 +230,15 @@ class Arrays:
         return LogError(self.path, f"array {name!r} {problem}")
 
 
-def _load(path: Path, names: Iterable[str], limit: int) -> dict[str, NDArray[Any]]:
+def _load(path: Path, names: Iterable[str], limit: int) -> tuple[dict[str, NDArray[Any]], list[str]]:
     try:
         with path.open("rb") as file:  # opened here, as np.load leaves a damaged archive open
             archive = np.load(file)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise LogError(path, "is a single NumPy array, not an archive of several; write it with numpy.savez")
             _check_sizes(path, archive.zip, limit)
-            return {name: _array(path, archive, name) for name in names if name in archive}
+            arrays = {name: _array(path, archive, name) for name in names if name in archive}
+            return arrays, [name for name in archive.files if name not in arrays]
     except LogError:
         raise
     except OSError as error:

@@ -120,8 +120,9 @@ class DistanceTable:
             what = f"the stamps of column {self._stamp_column} are {median(steps):g} s apart"
             said.append(f"{what}, read as they are; if they are in ms, name the column {self._stamp_column}_ms")
         if distances and median(distances) > FAR:
-            what = f"the distances of column {self.column} are such as {median(distances):g} m"
-            said.append(f"{what}, read as they are; if they are in cm, name the column {self.column}_cm")
+            what = f"the distances of column {self.column} have a median of {median(distances):g} m"
+            named = f"name the column {self.column}_mm or {self.column}_cm"
+            said.append(f"{what}, read as they are; if they are in mm or cm, {named}")
         return "; ".join(said)
 
     def _lines(self, errors: ReadErrors) -> Iterator[tuple[int, list[str]]]:

@@ -241,11 +241,11 @@ pub fn ttc_from_heights(
 ///     matched to row i of the other. They should be of one thing, such as those in a detector's box: what else is
 ///     among them has to be outvoted. A match with a NaN, an inf or a coordinate beyond 1e9 px never counts.
 /// dt : float
-///     Time between the two, s, from their stamps.
+///     Time between the two, s, from their stamps: 1/30 at 30 pictures a second.
 /// min_distance : float
 ///     Pairs of matches count only if they are at least so far apart in the later picture, px: an error of a pixel
 ///     weighs the less the farther they are. A thing smaller than this in the picture has no pair that counts, which is
-///     TOO_FEW.
+///     TOO_FEW: give a third of its width then.
 /// estimator : estimator object, optional
 ///     How mismatches and background are survived: ``Consensus``, ``MedianRatio``, ``TrimmedMeanRatio`` or
 ///     ``LeastSquares``; by default ``Consensus()``.

@@ -3,7 +3,7 @@
 use crate::macros::settings;
 use crate::road::Road;
 use crate::util::enums::{axes, axis_names};
-use crate::util::value_error;
+use crate::util::{describe, value_error};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -57,6 +57,23 @@ use ttc_fast_core::cloud::{self, Interval};
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct Gate(pub cloud::CheckedGate);
 
+/// Two bounds, or the error that says how a gate is written.
+fn bounds<const NAME: char>(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
+    value.extract().map_err(|error: PyErr| {
+        let text = format!(
+            "{NAME} must be two numbers, (low, high), m, got {}: write Gate(x=(2.6, 40.0), y=(-2.0, 2.0)), or \
+             Gate.above_road(sensor_height) to leave out the road",
+            describe(value)
+        );
+        let is_value = error.is_instance_of::<PyValueError>(value.py());
+        if is_value { PyValueError::new_err(text) } else { PyTypeError::new_err(text) }
+    })
+}
+
+fn bounds_if_any<const NAME: char>(value: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 2]>> {
+    if value.is_none() { Ok(None) } else { bounds::<NAME>(value).map(Some) }
+}
+
 #[pymethods]
 impl Gate {
     #[new]
@@ -68,9 +85,9 @@ impl Gate {
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
-        x: [f64; 2],
-        y: [f64; 2],
-        z: Option<[f64; 2]>,
+        #[pyo3(from_py_with = bounds::<'x'>)] x: [f64; 2],
+        #[pyo3(from_py_with = bounds::<'y'>)] y: [f64; 2],
+        #[pyo3(from_py_with = bounds_if_any::<'z'>)] z: Option<[f64; 2]>,
         intensity: Option<[f64; 2]>,
         axes: Option<[String; 3]>,
         curvature: f64,

@@ -17,7 +17,7 @@ use ttc_fast_core::scan;
 /// Parameters
 /// ----------
 /// scan : ScanTTC
-///     The scanner. It must have an ``outline``, which is what sweeps.
+///     The scanner. It must have an ``outline``.
 /// horizon : float
 ///     How far ahead to look, s, at most 1e6. What enters later does not count.
 ///

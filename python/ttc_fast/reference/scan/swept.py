@@ -42,7 +42,7 @@ class ScanSweptPath:
     def __init__(self, scan: ScanTTC, *, horizon: float = 5.0) -> None:
         self._scan, self._horizon = scan, duration("horizon", horizon, LONGEST)
         if scan._outline is None:
-            raise ValueError("scan must have an outline, which is what sweeps")
+            raise ValueError("scan must have an outline: ScanTTC(..., outline=(x_rear, x_front, y_right, y_left))")
         self._outline = scan._outline
         self._view = FieldOfView(scan)
 

@@ -28,8 +28,9 @@ impl ScanSweptPath {
     /// # Errors
     /// When the scanner has no outline, or the horizon is no time.
     pub fn new(scan: ScanTtc, horizon: f64) -> Result<Self, Error> {
-        let outline =
-            scan.settings.outline.ok_or_else(|| Error::new("scan", "must have an outline, which is what sweeps"))?;
+        let outline = scan.settings.outline.ok_or_else(|| {
+            Error::new("scan", "must have an outline: ScanTTC(..., outline=(x_rear, x_front, y_right, y_left))")
+        })?;
         let path = SweptPath::new(outline, horizon, scan.level)?;
         let view = FieldOfView::new(&scan.settings, &scan.beams);
         Ok(ScanSweptPath { scan, path, view })

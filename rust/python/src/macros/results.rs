@@ -316,9 +316,9 @@ impl<'py> Field<'py> {
         Ok(Field { name, unit, value, shown: format!("[{}]", parts.join(", ")) })
     }
 
-    /// Whether `repr` says it: not what is missing or empty, nor an interval.
+    /// Whether `repr` says it: not what is missing or empty.
     fn is_said(&self) -> bool {
-        !(self.value.is_none() || self.value.is_instance_of::<PyTuple>() || self.shown == "''")
+        !(self.value.is_none() || self.shown == "''")
     }
 }
 

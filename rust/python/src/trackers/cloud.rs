@@ -24,7 +24,8 @@ use ttc_fast_core::cloud::{self, Body, CloudMemory, CloudSettings, CloudTrack, S
 ///     Which points count; by default ``Gate()``, in which the road and the vehicle's own bonnet count too. For the raw
 ///     cloud of a car, use ``Gate.above_road(..., front=...)``, which begins beyond the vehicle.
 /// estimator : estimator object, optional
-///     How the edge of the body is found in a cloud; by default ``KthSmallest(10)``.
+///     How the edge of the body is found in a cloud; by default ``KthSmallest(10)``. In rain or spray, give
+///     ``Supported(5, 0.2)``: ten drops before the body decide otherwise.
 /// method : Alignment, optional
 ///     How the motion of the body is found; by default ``Alignment()``.
 /// front_offset : float
