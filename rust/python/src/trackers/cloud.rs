@@ -61,8 +61,8 @@ use ttc_fast_core::cloud::{self, Body, CloudMemory, CloudSettings, CloudTrack, S
 /// >>> for frame in range(6):
 /// ...     wall = np.column_stack([np.full(y.size, 12.0 - 0.4 * frame), y, z])
 /// ...     seen = tracker.update(wall, stamp=0.1 * frame)
-/// >>> seen
-/// TrackedTTC(ttc=2.5000, status=CLOSING, distance=10.0000, closing_speed=4.0000, age=0.0000)
+/// >>> seen.status.name, round(seen.ttc, 2), [round(end, 2) for end in seen.ttc_interval]
+/// ('CLOSING', 2.5, [2.44, 2.56])
 #[pyclass(frozen, module = "ttc_fast")]
 pub struct CloudTracker {
     tracker: Mutex<cloud::CloudTracker>,
