@@ -309,6 +309,11 @@ def test_a_gate_on_an_intensity_that_is_not_there() -> None:
         assert "intensity" in refused(ValueError, "gate", ttc_from_clouds, points, points, 0.1, gate=gate)
 
 
+def test_a_height_is_no_bounds_of_a_gate() -> None:
+    with pytest.raises(TypeError, match=r"x must be two numbers, \(low, high\), m, got float: write Gate.*above_road"):
+        Gate(1.73, 2.0)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("gate", [3, (0.0, 20.0), {"x": (0, 20)}, "Gate()", Gate, Minimum()], ids=repr)
 def test_what_is_no_gate(gate: Any) -> None:
     refused(TypeError, "gate", robust_min_x, POINTS, gate=gate)

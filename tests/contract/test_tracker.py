@@ -210,6 +210,10 @@ def test_a_state_goes_on_where_it_was_taken(module: Any, method: Any) -> None:
         assert [repr(copy.update(*frame)) for copy in copies] == [said] * len(copies)
 
 
+def test_an_answer_says_its_intervals() -> None:
+    assert "ttc_interval=(" in repr(fed(DistanceTracker(), 10.0 - 0.5 * np.arange(8))[-1])
+
+
 def test_a_state_that_is_none() -> None:
     tracker = DistanceTracker()
     fed(tracker, 10.0 - 0.5 * np.arange(5))
