@@ -257,6 +257,7 @@ mod tests {
         fn it_is_that_of_all_pairs(
             count in prop_oneof![0_usize..70, Just(300), Just(450)],
             step in prop_oneof![Just(0.001_f32), Just(1.0), Just(40.0)],
+            wrong in prop_oneof![Just(0.0_f32), Just(0.3)], far in prop_oneof![Just(0.0_f32), Just(50_000.0)],
             seed in any::<u64>(), least in prop_oneof![Just(0.0), Just(100.0), Just(400.0)],
         ) {
             let mut state = seed;
@@ -267,7 +268,8 @@ mod tests {
             let mut columns: [Vec<f32>; 4] = Default::default();
             for _ in 0..count {
                 let before = [200.0 * random(), 200.0 * random()];
-                let numbers = [before[0], before[1], 1.02 * before[0] + random(), 1.02 * before[1] + random()];
+                let now = if random() < wrong { [400.0 * random(), 400.0 * random()] } else { before.map(|x| 1.02 * x) };
+                let numbers = [before[0] + far, before[1], now[0] + random(), now[1] + random() - far];
                 columns.iter_mut().zip(numbers).for_each(|(column, x)| column.push((x / step).round() * step));
             }
             let (matches, rule) = (matches(&columns), Rule::new(least));
