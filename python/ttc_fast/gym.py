@@ -137,6 +137,8 @@ class _Filter:
 
     def _filtered(self, action: Any, rows: int | None) -> tuple[Any, dict[str, Any]]:
         """Return an action that is no faster than is safe, and what it was decided by."""
+        if self._newest is None:
+            raise RuntimeError("step() came before reset(): call reset() first, which gives the first observation")
         observed = self._read(self._newest)
         ranges = np.atleast_2d(np.asarray(observed.ranges))
         count = len(ranges)
@@ -214,6 +216,10 @@ class SafetyFilter(_Filter, Wrapper):
     is faster than that already, or if its scan shows nothing. The filter remembers nothing, so that what an agent sees
     stays a Markov process. For the votes and the watchdog of a real car there is ``BrakeController``.
 
+    It reads actions in m/s and rad and observations in m and m/s, so it is the innermost wrapper: wrappers that rescale
+    or normalise these go around it, as in ``RescaleAction(SafetyFilter(env, scan), -1.0, 1.0)``. An action of 1 that is
+    rescaled inside of it would be taken for 1 m/s.
+
     A vectorised environment is wrapped as well: all of its scans are read in one call of the kernel, and what is below
     a number is an array then, with an entry for each environment.
 
@@ -247,7 +253,8 @@ class SafetyFilter(_Filter, Wrapper):
 
     Notes
     -----
-    ``step`` raises a ValueError for an action that is not finite, before the environment has moved.
+    ``step`` raises a ValueError for an action that is not finite, and a RuntimeError before the first ``reset``. The
+    environment has not moved then.
 
     ``info["safety"]`` of each step has ``command`` (BRAKE if it was told to stop, WARN if the action was clipped, else
     NONE), ``status``, ``ttc`` (s, at the speed that was asked for, at least 1 m/s), ``clearance`` (the length of the

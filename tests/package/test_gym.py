@@ -217,6 +217,13 @@ def test_an_action_that_is_not_finite_is_refused_before_anything_moves(wrong: fl
     assert env.step(np.array([0.0, 1.0]))[-1]["safety"]["command"] is Command.NONE
 
 
+def test_a_step_before_the_first_reset_says_so() -> None:
+    several: Any = SafetyFilter(gymnasium.vector.SyncVectorEnv([Box, Box]), scanner(), **settings())
+    for env, action in ((SafetyFilter(Box(), scanner(), **settings()), [0.0, 1.0]), (several, [[0.0, 1.0]] * 2)):
+        with pytest.raises(RuntimeError, match=r"step\(\) came before reset\(\): call reset\(\) first"):
+            env.step(np.array(action))
+
+
 def test_of_several_environments_it_says_which() -> None:
     several: Any = SafetyFilter(gymnasium.vector.SyncVectorEnv([Box, Box, Box]), scanner(), **settings())
     several.reset(seed=1)

@@ -98,6 +98,17 @@ class TestCommanded:
             node.ask(3.0, steering_angle)
             assert stand(node, distance=2.0).brake is brakes
 
+    @pytest.mark.parametrize("degrees", [17.0, -17.0, 90.0, 1.6])
+    def test_a_steering_angle_in_degrees_is_no_motion_asked_for(self, make: Make, degrees: float) -> None:
+        node = stopped(make(**DRIVEN), 2.0)
+        for _ in range(4):
+            node.ask(-3.0, degrees)
+            assert stand(node, distance=2.0).brake is True
+        said = node.diagnostics().values["odd: /drive_in, steering_angle"]
+        assert said.startswith(f"4; is {degrees:g}, which is no steering angle in rad, and is perhaps in degrees")
+        node.ask(-3.0, 0.1)
+        assert stand(node, distance=2.0).brake is False
+
     def test_a_twist_is_taken_as_well(self, make: Make) -> None:
         for yaw_rate, brakes in ((0.0, True), (4.0, False)):
             node = stopped(make(**{**DRIVEN, "commanded_topic": "/cmd_vel"}), 2.0)

@@ -117,6 +117,7 @@ class BrakeNode:
         self._motion: Motion | None = None
         self._unjudged: Motion | None = None
         self._commanded: Commanded | None = None
+        self._motion_asked_for: Motion | None = None
         self._commanded_at = self._override_at = -math.inf
         self._latest: Decision | None = None
         self._source = SCAN
@@ -183,14 +184,20 @@ class BrakeNode:
         With ``mux`` it returns what goes out at once: the driver's message as ``forward``, or a brake.
         """
         self._look_at_clock(now)
-        why_not = no_motion(*commanded) or no_motion(*motion_asked_for(commanded, self.settings.wheelbase)[:3])
+        why_not, motion = no_motion(*commanded), None
+        if not why_not:
+            motion = motion_asked_for(commanded, self.settings.wheelbase)
+            why_not = "" if motion is None else no_motion(*motion[:3])
         if why_not:
             self.dropped(self.settings.commanded_topic, f"{why_not}: {commanded}")
             return None
+        if motion is None:
+            why = f"is {commanded.steering_angle:g}, which is no steering angle in rad, and is perhaps in degrees"
+            self._odd.count(f"{self.settings.commanded_topic}, steering_angle", f"{why}: what is asked for is unknown")
         if commanded.steering_angle and not self.settings.wheelbase:
             why = "it steers, and no wheelbase is set, so the path of what is asked for is taken for straight"
             self._odd.count(f"{self.settings.commanded_topic}, wheelbase", why)
-        self._commanded, self._commanded_at = commanded, now
+        self._commanded, self._motion_asked_for, self._commanded_at = commanded, motion, now
         if not self.settings.mux:
             return None
         outputs = self._decide(now)
@@ -378,7 +385,7 @@ class BrakeNode:
         driver: dict[str, Any] = {"override": 0.0 <= now - self._override_at <= self.settings.override_timeout}
         if asked is not None:
             steering_angle = asked.steering_angle
-            driver["commanded"] = motion_asked_for(asked, self.settings.wheelbase)
+            driver["commanded"] = self._motion_asked_for
         self._answers = answers = [
             (controller.update(now, motion=motion, **driver, **(data if name == source else {})), name)
             for name, controller in self._controllers.items()
@@ -462,8 +469,10 @@ def _level(decision: Decision) -> int:
     return OK if decision.command is Command.NONE else WARN
 
 
-def motion_asked_for(commanded: Commanded, wheelbase: float) -> Motion:
+def motion_asked_for(commanded: Commanded, wheelbase: float) -> Motion | None:
     """Return the motion that a command asks for: a steering angle bends the path as that of a bicycle.
+
+    It is None for a steering angle beyond a quarter turn, which cannot be in rad.
 
     Examples
     --------
@@ -472,6 +481,8 @@ def motion_asked_for(commanded: Commanded, wheelbase: float) -> Motion:
     >>> round(motion_asked_for(Commanded(2.0, steering_angle=0.4), 0.33).yaw_rate, 3)
     2.562
     """
+    if wheelbase and abs(commanded.steering_angle) >= math.pi / 2.0:
+        return None
     bend = math.tan(commanded.steering_angle) / wheelbase if wheelbase else 0.0
     return Motion(commanded.speed, commanded.yaw_rate + commanded.speed * bend, commanded.lateral_speed)
 
