@@ -42,12 +42,9 @@ pub trait Source<T>: Copy {
 /// lanes are one load.
 macro_rules! by_layout {
     ($column:expr, |$numbers:ident| $work:expr) => {
-        match $column.dense() {
-            Some($numbers) => $work,
-            None => {
-                let $numbers = $column;
-                $work
-            }
+        match ($column, $column.dense()) {
+            (_, Some($numbers)) => $work,
+            ($numbers, None) => $work,
         }
     };
 }

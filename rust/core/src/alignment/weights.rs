@@ -231,8 +231,8 @@ fn median_residual(
     for (low, high) in [expected, (0.0, f64::MAX)] {
         let (mut below, mut len) = (0, 0);
         let rows = x.chunks_exact(width).zip(count.chunks_exact(width));
-        for (((x, count), position), shown) in rows.zip(&*positions).zip(observed.by_frame()) {
-            for (((residual, x), surface), count) in residual.iter_mut().zip(x).zip(&*surface).zip(count) {
+        for (((x, count), position), shown) in rows.zip(positions).zip(observed.by_frame()) {
+            for (((residual, x), surface), count) in residual.iter_mut().zip(x).zip(surface).zip(count) {
                 let apart = x - surface - position;
                 *residual = apart * apart * count;
             }
