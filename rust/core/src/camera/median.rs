@@ -13,7 +13,6 @@ use super::ties;
 use crate::lanes::LANES;
 use crate::real::Real;
 use crate::simd::{Instructions, Kernel, Level, alone};
-use std::hint::black_box;
 
 /// Of fewer matches every pair is in the sample.
 const FEW: usize = 64;
@@ -217,8 +216,6 @@ impl Visitor<f32> for Counting<'_> {
 
     #[inline(always)]
     fn continues(&mut self) -> bool {
-        // Copies in lanes are made anew for each strip, in registers; those of all strips would be in memory.
-        self.limits = black_box(self.limits);
         self.overflown = self.borderline.is_overflown();
         !self.overflown
     }
