@@ -71,6 +71,9 @@ def test_natural_order_of_names() -> None:
         ([f"n015-2018-07-24-11-22-45+0800__LIDAR_TOP__{S}{i}50000" for i in range(3)], [0.0, 0.1, 0.2]),
         (["9.5", "10.25", "11.0"], [0.0, 0.75, 1.5]),
         (["0.1", "0.15", "0.2"], [0.0, 0.05, 0.1]),
+        ([f"us_{1_200_000_000 + 50_000 * i}" for i in range(3)], [0.0, 0.05, 0.1]),
+        ([f"lidar1-{9_950_000_000 + 50_000_000 * i}ns" for i in range(3)], [0.0, 0.05, 0.1]),
+        ([f"cloud_time_ms={S}{i}00" for i in range(3)], [0.0, 0.1, 0.2]),
     ],
 )
 @pytest.mark.parametrize("ending", [".bin", ".pcd.bin"])
@@ -91,6 +94,9 @@ def test_stamps_in_names(names: list[str], expected: list[float], ending: str, t
         ["20180801151636", "20180801151637"],
         ["1.9", "1.10", "1.11"],
         ["10.0", "20.0", "30.0"],
+        [f"{1_200_000_000 + 50_000 * i}" for i in range(12)],  # us since power-on
+        [f"{1_000_000_000_000 + 50_000_000 * i}" for i in range(12)],  # ns since power-on
+        [f"ms_{i}" for i in range(12)],
         [f"2014-11-10-11-32-17_Velodyne-VLP-16 (Frame {i})" for i in range(12)],
         [f"20141110_113217_{i}" for i in range(12)],
     ],
@@ -122,6 +128,12 @@ def test_a_list_of_stamps_has_seconds_or_dates(name: str, lines: list[str], tmp_
     log = frames_in(tmp_path, ["000000", "000001", "000002"])
     assert stamps(log) == pytest.approx([0.0, 0.1036, 0.2072], abs=1e-9)
     assert (log.clock, log.assumed) == (f"stamps of {tmp_path / name}", "")
+
+
+def test_a_list_of_stamps_that_are_hardly_seconds_says_so(tmp_path: Path) -> None:
+    (tmp_path / "times.txt").write_text("1200000000\n1200100000\n1200200000\n")
+    assumed = frames_in(tmp_path, ["000000", "000001", "000002"]).assumed
+    assert "the stamps of times.txt are 100000 s apart or more, read as they are: a line is a number of s" in assumed
 
 
 def test_a_gap_in_the_numbers_is_a_gap_in_time(tmp_path: Path) -> None:

@@ -40,6 +40,50 @@ def test_a_name_says_the_unit(
     assert [frame.stamp for frame in frames] == pytest.approx([0.1 * i for i in range(30)])
 
 
+@pytest.mark.parametrize(
+    ("name", "second", "start"),
+    [
+        ("time_us", 1e-6, 1200.0),  # 10 digits, as of s since 1970
+        ("time_ns", 1e-9, 3.0),  # 10 digits
+        ("time_ns", 1e-9, 2000.0),  # 13 digits
+        ("time [ms]", 1e-3, 20 * 86400.0),  # 10 digits
+        ("time_us", 1e-6, 1.7e9),
+    ],
+)
+def test_a_unit_in_a_name_holds_however_many_digits_there_are(
+    name: str, second: float, start: float, tmp_path: Path
+) -> None:
+    rows = [f"{round((start + 0.05 * i) / second)},{60.0 - i}" for i in range(60)]
+    (tmp_path / "gaps.csv").write_text("\n".join([f"{name},distance", *rows]))
+    log = open_log(tmp_path / "gaps.csv", stamp_column=name)
+    assert log.assumed == ""
+    assert [frame.stamp for frame in log] == pytest.approx([start + 0.05 * i for i in range(60)], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "second", "start", "advice"),
+    [
+        ("stamp", 1e-3, 0.0, "stamp_ms"),
+        ("stamp", 1e-6, 1200.0, "stamp_us"),
+        ("stamp", 1e-9, 2.0, "stamp_ns"),
+        ("stamp", 1e-9, 2000.0, "stamp_ns"),
+        ("time_s", 1e-3, 1.7e9, "time_ms"),
+        ("time_ms", 1.0, 1.7e9, "time_s"),
+        ("t (ms)", 1e-6, 5.0, "t_us"),
+    ],
+)
+def test_the_advice_on_a_unit_works(name: str, second: float, start: float, advice: str, tmp_path: Path) -> None:
+    numbers = [(start + 0.1 * i) / second for i in range(60)]
+    rows = [f"{number:.{1 if second == 1.0 else 0}f},{60.0 - i}" for i, number in enumerate(numbers)]
+    (tmp_path / "gaps.csv").write_text("\n".join([f"{name},distance", *rows]))
+    assumed = open_log(tmp_path / "gaps.csv", stamp_column=name).assumed
+    assert assumed.endswith(f"name the column {advice}")
+    (tmp_path / "gaps.csv").write_text("\n".join([f"{advice},distance", *rows]))
+    log = open_log(tmp_path / "gaps.csv", stamp_column=advice)
+    assert log.assumed == ""
+    assert len(list(log)) == 60
+
+
 def test_columns_that_are_called_otherwise_are_suggested(tmp_path: Path) -> None:
     said = (
         "has no column 'distance' and 'stamp'; its first line has time_ms, distance_cm: choose with the option "

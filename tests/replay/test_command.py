@@ -27,7 +27,8 @@ from rich.console import Console
 from tests.support.bags import POINTS, Cloud, Odom, Scan, drive, write
 from ttc_fast import Command
 from ttc_fast._extras import DISTRIBUTIONS, EXTRAS
-from ttc_fast.cli import main
+from ttc_fast.cli import bench, demo, doctor, main, node
+from ttc_fast.cli import replay as replay_command
 from ttc_fast.logs import ScanLog, open_log
 from ttc_fast.replay import Replay, Row, Settings, sample, terminal
 from ttc_fast.replay.row import BATCH, CsvWriter
@@ -37,6 +38,31 @@ from ttc_fast.ros.settings import NodeSettings
 
 SCANS, CLOUDS, TABLE = str(sample("scans")), str(sample("clouds")), "gaps.csv"
 ROWS = list(Replay(SCANS))
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1251", "gbk"])
+@pytest.mark.parametrize("command", ["replay", "demo", "bench", "node", "doctor"])
+def test_a_console_without_a_character_shows_another(
+    command: str, encoding: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written_to = io.BytesIO()
+    console = io.TextIOWrapper(written_to, encoding=encoding)
+    monkeypatch.setattr(sys, "stdout", console)
+    for module in (replay_command, demo, bench, node, doctor):
+        monkeypatch.setattr(module, "run", lambda _: print("TIT 1.0 s\N{SUPERSCRIPT TWO}\N{SNOWMAN}"))
+    assert main([command, *{"replay": [SCANS], "node": ["--dds"]}.get(command, [])]) == 0
+    console.flush()
+    assert re.fullmatch(rb"TIT 1.0 s\?\?\s+", written_to.getvalue())
+    assert console.errors == "strict"
+
+
+def test_a_summary_is_printed_where_its_characters_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    written_to = io.BytesIO()
+    console = io.TextIOWrapper(written_to, encoding="ascii")
+    monkeypatch.setattr(sys, "stdout", console)
+    assert main(["replay", SCANS, "--rows", "0"]) == 0
+    console.flush()
+    assert b" s?" in written_to.getvalue()
 
 
 def written(name: str, suffix: str, folder: Path) -> Path:

@@ -181,6 +181,12 @@ def test_two_scanners_on_one_topic_are_refused_until_one_is_chosen(tmp_path: Pat
         replayed(tmp_path / "left", both, frame="left")
 
 
+def test_scans_in_millimetres_are_said(tmp_path: Path) -> None:
+    scans = approach(ranges=lambda i: 1000.0 * wall(6.0 - PERIOD * i), range_max=lambda i: 12_000.0)
+    _, log, _ = replayed(tmp_path, scans)
+    assert any("ranges, 60 times: half of them are 9000 m or more, read as" in each for each in log.summary.odd)
+
+
 def test_a_slash_before_the_name_of_a_frame_makes_no_second_sensor(tmp_path: Path) -> None:
     rows, log, lost = replayed(tmp_path, approach(frame=lambda i: "/laser" if i % 2 else "laser"))
     assert (len(rows), lost) == (60, "")

@@ -220,6 +220,15 @@ def test_many_geometries_take_no_more_memory(monkeypatch: pytest.MonkeyPatch) ->
     assert len(node.node._kernels._made) <= 64
 
 
+def test_scans_in_millimetres_are_said(make: Make) -> None:
+    node = make()
+    for distance in (20_000.0, 30.0):
+        node.now += PERIOD
+        node.scan(np.full(BEAMS, distance), range_max=40_000.0)
+    assert counted(node, "odd: /scan, ranges") == 1
+    assert "half of them are 20000 m or more, read as they are; if they are in millimetres, divide" in said(node)
+
+
 # Odometry
 
 

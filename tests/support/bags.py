@@ -45,6 +45,7 @@ class Scan(Item):
     angle_max: float = 1.5
     increment: float | None = None
     time_increment: float = 0.0
+    range_max: float = 30.0
     type = "sensor_msgs/msg/LaserScan"
 
     @property
@@ -54,7 +55,12 @@ class Scan(Item):
     def fields(self, types: dict[str, Any]) -> dict[str, Any]:
         del types
         angles = {"angle_min": self.angle_min, "angle_max": self.angle_max, "angle_increment": self.step}
-        times = {"time_increment": self.time_increment, "scan_time": 0.1, "range_min": 0.0625, "range_max": 30.0}
+        times = {
+            "time_increment": self.time_increment,
+            "scan_time": 0.1,
+            "range_min": 0.0625,
+            "range_max": self.range_max,
+        }
         return angles | times | {"ranges": self.ranges, "intensities": np.zeros(0, np.float32)}
 
 

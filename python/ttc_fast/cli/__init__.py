@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import re
 import sys
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from ttc_fast import SIMD_LEVEL, __version__
@@ -17,7 +19,7 @@ from ttc_fast.cli.exits import EXIT_CODES, CommandError
 from ttc_fast.logs import LogError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
 DESCRIPTION = """\
   ttc-fast demo                                  see it work: two simulated drives, tables and pictures
@@ -117,6 +119,26 @@ def main(argv: Sequence[str] | None = None) -> int:
     >>> main(["replay", "scan.xyz"])  # an error, on standard error
     3
     """
+    with any_console():
+        return _run(argv)
+
+
+@contextmanager
+def any_console() -> Iterator[None]:
+    """Have a console show a question mark for a character that its encoding lacks, instead of ending the command."""
+    streams = (each for each in (sys.stdout, sys.stderr) if isinstance(each, io.TextIOWrapper))
+    strict = [each for each in streams if each.errors == "strict"]
+    for each in strict:
+        each.reconfigure(errors="replace")
+    try:
+        yield
+    finally:
+        for each in strict:
+            if not each.closed:
+                each.reconfigure(errors="strict")
+
+
+def _run(argv: Sequence[str] | None) -> int:
     token = ON_COMMAND_LINE.set(True)
     try:
         parser = parsers()["ttc-fast"]

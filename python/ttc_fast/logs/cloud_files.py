@@ -13,6 +13,7 @@ from ttc_fast.logs.files import files_in, unpacked_name
 from ttc_fast.logs.log import CloudFrame, LogError, ReadErrors
 from ttc_fast.logs.options import LIDAR
 from ttc_fast.logs.stamps import LISTS, Series, frame_numbers, read_stamps, series_of
+from ttc_fast.logs.table import LONG
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -120,7 +121,11 @@ class CloudFiles:
             places = (folder / name for folder in (self.path, self.path.parent) for name in LISTS)
             listed = next((file for file in places if file.is_file()), None)
             if listed:
-                return read_stamps(listed, self._frames), f"stamps of {listed}"
+                stamps = read_stamps(listed, self._frames)
+                if len(stamps) > 1 and (step := np.diff(stamps).min()) > LONG:
+                    what = f"the stamps of {listed.name} are {step:g} s apart or more, read as they are"
+                    self.assumed = f"{what}: a line is a number of seconds, or a date and a time of day"
+                return stamps, f"stamps of {listed}"
         if series.stamps is not None:
             return series.stamps, "stamps in the names"
         rate = self._form.rate

@@ -21,7 +21,8 @@ import numpy as np
 from ttc_fast.logs.files import ARCHIVE, UNPACKED, kind_of_file, most_unpacked, too_much
 from ttc_fast.logs.log import CloudFrame, Lidar, LogError, ScanFrame, Scanner
 from ttc_fast.logs.options import LIDAR, SCANNER
-from ttc_fast.logs.table import FAR, LONG
+from ttc_fast.logs.table import LONG
+from ttc_fast.sensors.scans import FAR, middle_of
 
 if TYPE_CHECKING:
     import zipfile
@@ -177,10 +178,10 @@ class Arrays:
         said = []
         if unread := [*self.others, *(name for name in self._arrays if name not in names)]:
             said.append(f"not read: {', '.join(unread)}; what is read has the names {', '.join(names)}")
-        stamps, metres = self["t"], np.abs(self[readings][:SURVEYED])
+        stamps = self["t"]
         if len(stamps) > 1 and (step := np.median(np.diff(stamps))) > LONG:
             said.append(f"the stamps t are {step:g} s apart, read as they are; divide them by 1000 if they are in ms")
-        if (metres := metres[np.isfinite(metres)]).size and (middle := np.median(metres)) > far:
+        if (middle := middle_of(self[readings][:SURVEYED])) > far:
             what = f"half of the numbers in {readings} are {middle:g} m or more"
             said.append(f"{what}, read as they are; divide them by 1000 if they are in mm")
         return "; ".join(said)

@@ -2,7 +2,9 @@
 
 Names are ordered as people count: 9 before 10. A number in a name is a stamp if it can be a time since 1970, from 2000
 to 2100, in s (10 digits, perhaps with a fraction), ms (13), us (16) or ns (19), or if it is a date and a time of day; a
-name that is nothing but a decimal number is a stamp in s. Names whose stamps do not increase are no stamps.
+name that is nothing but a decimal number is a stamp in s. A number beside its unit, as in ``us_1200050000`` or
+``50ms``, is in that unit, however many digits it has. Names whose stamps do not increase are no stamps, nor are those
+that would be a quarter of an hour apart: they count in another unit, perhaps since power-on.
 
 What stays the same in the names of a sensor's frames, such as the names of the vehicle and of the sensor, is the series
 that they belong to.
@@ -41,8 +43,15 @@ SINCE_1970 = FIRST / 1e9
 BETWEEN = "_-. "
 SHORTEST_GAP = 100_000  # ns; a number that counts up by one is no stamp
 LONGEST_GAP = 2_000_000_000  # ns, between the frames of names that are nothing but decimal numbers
+LONGEST_PAUSE = 900_000_000_000  # ns, between the frames of any names
+MOST_OFTEN = 2_000_000  # ns; numbers beside a unit that differ by less may as well count the frames
 EPOCH = re.compile(r"(?<![\d.])(\d{10}|\d{13}|\d{16}|\d{19})(?:\.(\d{1,9})|_(\d{9}))?(?!\d)")
 DATE = re.compile(r"(\d{4})-?(\d\d)-?(\d\d)[T_ -](\d\d)[-:_]?(\d\d)[-:_]?(\d\d)(?:[.,](\d{1,9}))?(?!\d)")
+UNITED = re.compile(
+    r"(?:(?<![a-z])(?P<before>ns|us|ms)[_ .=-]?)?(?<!\d)(?P<number>\d+)(?!\d)(?:[_ -]?(?P<after>ns|us|ms)(?![a-z]))?",
+    re.IGNORECASE,
+)
+NANOSECONDS = {"ns": 1, "us": 10**3, "ms": 10**6}
 DECIMAL = re.compile(r"(\d+)\.(\d{1,9})")
 
 
@@ -66,7 +75,7 @@ class Series(NamedTuple):
 
 def series_of(frames: Sequence[Path], stem: Callable[[Path], str]) -> list[Series]:
     """Sort frames into series, by their names without the ending, which ``stem`` returns."""
-    for find in (_epoch, _date, _decimal):
+    for find in (_united, _epoch, _date, _decimal):
         found = [find(stem(frame)) for frame in frames]
         stamped = [(*each, frame) for each, frame in zip(found, frames, strict=True) if each]
         if len(stamped) <= len(frames) / 2:
@@ -187,6 +196,15 @@ def _date(stem: str) -> Found:
     return None
 
 
+def _united(stem: str) -> Found:
+    """Find a number beside its unit, ns, and the rest of the name."""
+    for found in reversed(list(UNITED.finditer(stem))):
+        unit = found["after"] or found["before"]
+        if unit:
+            return int(found["number"]) * NANOSECONDS[unit.lower()], stem[: found.start()] + stem[found.end() :]
+    return None
+
+
 def _decimal(stem: str) -> Found:
     """Read a name that is nothing but a decimal number of seconds, ns."""
     found = DECIMAL.fullmatch(stem)
@@ -206,7 +224,8 @@ def _plausible(stamps: list[int], find: Callable[[str], Found]) -> bool:
     if not gaps:
         return True
     median = gaps[len(gaps) // 2]
-    return gaps[0] > 0 and median >= SHORTEST_GAP and (find is not _decimal or median <= LONGEST_GAP)
+    least = MOST_OFTEN if find is _united else SHORTEST_GAP
+    return gaps[0] > 0 and least <= median <= (LONGEST_GAP if find is _decimal else LONGEST_PAUSE)
 
 
 def _stamped(name: str, frames: list[tuple[int, Path]]) -> Series:

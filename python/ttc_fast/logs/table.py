@@ -2,11 +2,12 @@
 
 Spreadsheets write tables in their own ways. The text is UTF-8, UTF-16 or Windows-1252; the columns are parted by
 commas, semicolons or tabs, as the line of names has them; and where it is not the comma that parts them, a decimal
-comma is read as a point. A stamp is a number of seconds, a date and a time of day, or a time since 1970 in ms, us or
-ns, which has 13, 16 or 19 digits.
+comma is read as a point.
 
-A column may say its unit in its name: ``distance_cm``, ``gap [mm]``, ``time (ms)``. Without one it is in m or s.
-Numbers that are hardly in these units are read all the same, and ``assumed`` says so.
+A column may say its unit in its name: ``distance_cm``, ``gap [mm]``, ``time (ms)``. Its numbers are in that unit,
+however many digits they have. Without a unit a distance is in m, and a stamp is a number of seconds, a date and a time
+of day, or a time since 1970 in ms, us or ns, which has 13, 16 or 19 digits. Numbers that are hardly in these units are
+read all the same, and ``assumed`` says so.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from ttc_fast._settings import option
 from ttc_fast.logs.files import kind_of_file, open_text, plain_number
 from ttc_fast.logs.log import DistanceFrame, LogError, ReadErrors
 from ttc_fast.logs.stamps import stamp_in
+from ttc_fast.sensors.scans import FAR
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,7 +42,8 @@ UNIT = re.compile(r"(?:[\s_.]+|(?=[\[(]))[\[(]?([a-z]+)[\])]?$|(?<=[a-z])([A-Z][
 LIKELY = {"distance": ("dist", "range", "gap", "abstand"), "stamp": ("stamp", "time", "zeit", "sec")}
 """Parts of the names that people give to a column."""
 SURVEYED = 200  # lines
-LONG, FAR = 5.0, 500.0  # s between two stamps, and m: no sensor is so slow, and none sees so far
+SHORT, LONG = 5e-4, 5.0  # s between two stamps: no sensor is so fast or so slow
+MOST_OFTEN = 2e-3  # s between two stamps of most sensors, at least
 
 
 class DistanceTable:
@@ -71,9 +74,10 @@ class DistanceTable:
         self._stamp_column = None if options.rate else options.stamp_column or "stamp"
         self._rate = options.rate
         self._speed = options.speed
-        self.unit, self._factor = _unit(self.column, METRES, "m")
-        unit, self._time_factor = _unit(self._stamp_column or "", SECONDS, "s")
-        by = f"column {self._stamp_column}, in {unit}"
+        self.unit = _unit(self.column, METRES) or "m"
+        self._factor = METRES[self.unit]
+        self._time_unit = _unit(self._stamp_column or "", SECONDS)
+        by = f"column {self._stamp_column}, in {self._time_unit or 's'}"
         self.clock = by if self._stamp_column else f"{options.rate:g} frames a second"
         header = next(self._lines(ReadErrors(path)), (0, []))[1]
         other = kind_of_file(path)
@@ -86,13 +90,17 @@ class DistanceTable:
         self.assumed = self._survey()
 
     def __iter__(self) -> Iterator[DistanceFrame]:
+        return self._read(self._time_unit)
+
+    def _read(self, time_unit: str) -> Iterator[DistanceFrame]:
+        """Read the frames, with stamps in this unit, or in one by the number of their digits where it is empty."""
         errors, frames, before = ReadErrors(self.path), 0, -math.inf
         lines = self._lines(errors)
         next(lines, None)
         for number, words in lines:
             try:
                 distance = _number(words[self._columns[0]]) * self._factor
-                stamps = [_time(words[column], self._time_factor) for column in self._columns[1:]]
+                stamps = [_time(words[column], time_unit) for column in self._columns[1:]]
             except ValueError:
                 errors.add(f"line {number}: it has a word that is no number")
                 continue
@@ -110,20 +118,27 @@ class DistanceTable:
 
     def _survey(self) -> str:
         """Say what is hardly in m or s, by the first lines, for people; empty if nothing is."""
-        frames: list[DistanceFrame] = []
-        with contextlib.suppress(LogError):  # it is met again where the table is read
-            frames.extend(itertools.islice(self, SURVEYED))
-        steps = [after.stamp - before.stamp for before, after in itertools.pairwise(frames)]
+        frames = self._first(self._time_unit)
+        step = 0.0 if self._rate else _step(frames)
         distances = [abs(frame.distance) for frame in frames if math.isfinite(frame.distance)]
         said = []
-        if not self._rate and steps and median(steps) > LONG:
-            what = f"the stamps of column {self._stamp_column} are {median(steps):g} s apart"
-            said.append(f"{what}, read as they are; if they are in ms, name the column {self._stamp_column}_ms")
+        if step and not SHORT <= step <= LONG:
+            what = f"the stamps of column {self._stamp_column} are {step:g} s apart, read as they are"
+            number = _step(self._first("s"))
+            likely = next((unit for unit, second in SECONDS.items() if MOST_OFTEN <= number * second <= 1.0), "ms")
+            said.append(f"{what}; if they are in {likely}, name the column {_named(self._stamp_column, likely)}")
         if distances and median(distances) > FAR:
             what = f"the distances of column {self.column} have a median of {median(distances):g} m"
             named = f"name the column {self.column}_mm or {self.column}_cm"
             said.append(f"{what}, read as they are; if they are in mm or cm, {named}")
         return "; ".join(said)
+
+    def _first(self, time_unit: str) -> list[DistanceFrame]:
+        """Return the first frames; errors are met again where the table is read."""
+        frames: list[DistanceFrame] = []
+        with contextlib.suppress(LogError):
+            frames.extend(itertools.islice(self._read(time_unit), SURVEYED))
+        return frames
 
     def _lines(self, errors: ReadErrors) -> Iterator[tuple[int, list[str]]]:
         """Read the lines that are not empty, as words; the first of them are the names."""
@@ -156,16 +171,30 @@ def _number(word: str) -> float:
     return plain_number(word) if word else math.nan
 
 
-def _time(word: str, factor: float) -> float:
+def _step(frames: list[DistanceFrame]) -> float:
+    return median([after.stamp - before.stamp for before, after in itertools.pairwise(frames)] or [0.0])
+
+
+def _time(word: str, unit: str) -> float:
+    if unit:
+        with contextlib.suppress(ValueError):  # it may be a date all the same
+            return _number(word) * SECONDS[unit]
     stamp = stamp_in(word)
-    return _number(word) * factor if stamp is None else stamp / 1e9
+    return _number(word) if stamp is None else stamp / 1e9
 
 
-def _unit(name: str, units: dict[str, float], plain: str) -> tuple[str, float]:
-    """Return the unit that the name of a column ends with, and the factor for it."""
+def _unit(name: str, units: dict[str, float]) -> str:
+    """Return the unit that the name of a column ends with; empty if it ends with none."""
     found = UNIT.search(name)
-    unit = (found[1] or found[2]).lower() if found else plain
-    return (unit, units[unit]) if unit in units else (plain, 1.0)
+    unit = (found[1] or found[2]).lower() if found else ""
+    return unit if unit in units else ""
+
+
+def _named(name: str | None, unit: str) -> str:
+    """Return the name of a column that ends with another unit."""
+    name = name or ""
+    found = UNIT.search(name)
+    return f"{name[: found.start()] if found and _unit(name, SECONDS) else name}_{unit}"
 
 
 def _missing(wanted: dict[str, str], header: list[str]) -> str:

@@ -38,6 +38,8 @@ SAME = 1.0 / 16.0
 """Of a beam: two geometries whose first and last beams are this near are one."""
 KEPT = 64
 """The number of geometries whose kernels are kept."""
+FAR = 500.0
+"""m; no sensor sees so far: readings beyond are perhaps in millimetres."""
 TURN = 2.0 * math.pi
 ROUNDING = 1e-3
 """s; stamps that are rounded in another way must not decide otherwise."""
@@ -146,6 +148,9 @@ knows where its beams point
             self._said = said
         if self._off_by_one:
             self._odd.count(f"{self._name}, angle_max", self._off_by_one)
+        if self._geometry.range_max > FAR and (middle := middle_of(ranges)) > FAR:
+            why = f"half of them are {middle:g} m or more, read as they are; if they are in millimetres"
+            self._odd.count(f"{self._name}, ranges", f"{why}, divide ranges, range_min and range_max by 1000")
         return Scan(self._geometry, self._between(scan.time_increment, beams), ranges)
 
     def _between(self, time_increment: Any, beams: int) -> float:
@@ -201,6 +206,21 @@ knows where its beams point
         if apart > OFF_BY_ONE:
             raise RefusedError(f"{text}: nobody knows where its beams point")
         self._off_by_one = f"{text}, a beam off; the readings are taken as counted from angle_min"
+
+
+def middle_of(readings: Any) -> float:
+    """Return the median of the size of readings that are finite, 0 where none is.
+
+    Examples
+    --------
+    >>> import math
+    >>> from ttc_fast.sensors.scans import middle_of
+    >>> middle_of([math.inf, 900.0, 1200.0, 1500.0]), middle_of([math.nan])
+    (1200.0, 0.0)
+    """
+    sizes = np.abs(np.asarray(readings))
+    sizes = sizes[np.isfinite(sizes)]
+    return float(np.median(sizes)) if sizes.size else 0.0
 
 
 class Repeats:
