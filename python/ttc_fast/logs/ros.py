@@ -420,7 +420,8 @@ def _chosen(bag: Container, name: str | None, kinds: tuple[str, ...], how: str) 
     if name is not None:
         named = [topic for topic in found if topic.name.strip("/") == name.strip("/")]
         if not named:
-            has = ", ".join(f"{topic.name} ({topic.type})" for topic in found or bag.topics) or "none"
+            others = ", ".join(f"{topic.name} ({topic.type})" for topic in bag.topics) or "none"
+            has = ", ".join(topic.name for topic in found) or others
             of = " or ".join(kinds)
             raise LogError(bag.path, f"has no topic {name} of {of}; it has {has}: choose with {option(how)}")
         return named[0]
