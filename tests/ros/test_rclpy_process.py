@@ -52,3 +52,21 @@ def test_a_value_beyond_the_usual_range_may_be_right(tmp_path: Path) -> None:
     code, said = ended(tmp_path, "-p", "hold:=100.0", "-p", "release:=[3,2]")
     assert code == 2
     assert said.startswith("ttc-fast: release must be two integers")
+
+
+def test_a_signal_before_the_node_is_made_ends_it(tmp_path: Path) -> None:
+    program = """if True:
+        import rclpy
+        from ttc_fast.ros import rclpy_node
+        made = rclpy_node.RclpyNode
+
+        def shut_down(parameters):
+            rclpy.shutdown()
+            return made(parameters)
+
+        rclpy_node.RclpyNode = shut_down
+        rclpy_node.run({"scan_topic": "/scan"})
+    """
+    environment = {**os.environ, "PYTHONPATH": str(PYTHON), "ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}
+    environment["ROS_LOG_DIR"] = str(tmp_path)
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True, timeout=60)

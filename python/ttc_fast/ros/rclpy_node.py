@@ -15,7 +15,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import NameValidationException, ParameterException
+from rclpy.exceptions import NameValidationException, NotInitializedException, ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -229,10 +229,14 @@ def run(parameters: Mapping[str, Any] | None = None, args: Sequence[str] | None 
     SettingError
         If a parameter cannot be used.
     """
+    is_up = False
     try:
         rclpy.init(args=args)
+        is_up = True
         node = RclpyNode(parameters)
-    except REFUSED as error:
+    except (*REFUSED, NotInitializedException) as error:
+        if is_up and not rclpy.ok():  # a signal has shut everything down before the node was made
+            return
         rclpy.try_shutdown()
         raise SettingError(f"rclpy refuses this: {' '.join(str(error).split())}") from None
     try:
