@@ -204,4 +204,5 @@ class Decision(NamedTuple):
             sign = "<" if self.value < self.threshold else ">="
             compared = f"{self.value:.2f} {sign} {self.threshold:.3g} {self.criterion.unit}"
             said += [f"{self.criterion.name}: {compared}", str(self.threat)]
-        return ": ".join([f"{self.command.name} ({self.reason.name})", *(["; ".join(said)] if said else [])])
+        head = f"{self.command.name} ({self.reason.name})"
+        return f"{head}: {'; '.join(said)}" if said else head
